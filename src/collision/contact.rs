@@ -1,0 +1,51 @@
+//! Contacts and what is remembered of them from step to step.
+
+use glam::DVec3;
+
+/// A particle at an obstacle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Contact {
+    /// The particle.
+    pub particle: usize,
+    /// Unit normal of the obstacle, pointing away from it.
+    pub normal: DVec3,
+    /// Distance from the place where contact begins, one thickness above the surface (m); negative
+    /// when the particle is closer.
+    pub gap: f64,
+    /// Distance from the surface itself (m), negative inside.
+    pub distance: f64,
+    /// Coulomb's friction coefficient μ.
+    pub friction: f64,
+}
+
+/// How a particle is held by an obstacle, as the last step found it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Grip {
+    /// Impulse of the obstacle along its normal in one step (N·s); 0 when the particle is free.
+    pub pressure: f64,
+    /// Friction impulse of one step while the particle slides (N·s).
+    pub drag: DVec3,
+    /// Whether friction holds the particle.
+    pub sticks: bool,
+}
+
+/// The contacts of a state; at most one a particle, with the closest obstacle.
+#[derive(Clone, Debug, Default)]
+pub struct Contacts {
+    /// The contacts in order of their particles.
+    pub list: Vec<Contact>,
+    /// One entry a particle.
+    pub grips: Vec<Grip>,
+}
+
+impl Contacts {
+    /// No contact among `particles` particles.
+    pub fn none(particles: usize) -> Self {
+        Self { list: Vec::new(), grips: vec![Grip::default(); particles] }
+    }
+
+    /// Depth of the deepest particle below an obstacle's surface (m); 0 when all are outside.
+    pub fn deepest(&self) -> f64 {
+        self.list.iter().map(|contact| -contact.distance).fold(0.0, f64::max)
+    }
+}

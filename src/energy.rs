@@ -1,0 +1,78 @@
+//! The energy ledger: where a run's energy is, and where it went.
+
+use crate::model::Model;
+use crate::state::State;
+
+/// The energies of a state (J).
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Energies {
+    /// ½ Σ m v².
+    pub kinetic: f64,
+    /// −Σ m g · x, zero at the origin.
+    pub gravitational: f64,
+    /// ½ Σ k (ℓ − ℓ₀)² by spring family.
+    pub elastic: Vec<(&'static str, f64)>,
+}
+
+impl Energies {
+    /// The energies of a state of a model.
+    pub fn of(model: &Model, state: &State) -> Self {
+        let mut energies = Self { kinetic: kinetic(model, state), ..Self::default() };
+        for force in model.forces() {
+            match force.name() {
+                "gravitational" => energies.gravitational += force.energy(state),
+                family => energies.elastic.push((family, force.energy(state))),
+            }
+        }
+        energies
+    }
+
+    /// Their sum (J).
+    pub fn total(&self) -> f64 {
+        self.kinetic + self.gravitational + self.elastic.iter().map(|(_, energy)| energy).sum::<f64>()
+    }
+}
+
+/// ½ Σ m v² (J).
+pub fn kinetic(model: &Model, state: &State) -> f64 {
+    let each = model.masses.iter().zip(&state.velocities);
+    each.map(|(m, v)| 0.5 * m * v.length_squared()).sum()
+}
+
+/// Energy taken out of the motion since the start.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Ledger {
+    /// Total energy at the start (J).
+    pub initial: f64,
+    /// Dissipated energy by cause (J).
+    pub dissipated: Vec<(&'static str, f64)>,
+}
+
+impl Ledger {
+    /// Opens the ledger of a run.
+    pub fn open(model: &Model, state: &State) -> Self {
+        // Springs of several families are damped under one name.
+        let mut dissipated: Vec<(&'static str, f64)> = Vec::new();
+        for damping in model.dampings() {
+            if dissipated.iter().all(|(name, _)| *name != damping.name()) {
+                dissipated.push((damping.name(), 0.0));
+            }
+        }
+        Self { initial: Energies::of(model, state).total(), dissipated }
+    }
+
+    /// Books what damping took during a step of `dt` (s) that ended with `state`.
+    pub fn book(&mut self, model: &Model, state: &State, dt: f64) {
+        for damping in model.dampings() {
+            if let Some(entry) = self.dissipated.iter_mut().find(|(name, _)| *name == damping.name()) {
+                entry.1 += damping.power(state) * dt;
+            }
+        }
+    }
+
+    /// What the ledger doesn't explain (J): E(0) − E(t) − dissipated. Positive where contact,
+    /// friction, strain limiting and the scheme itself took energy.
+    pub fn residual(&self, energies: &Energies) -> f64 {
+        self.initial - energies.total() - self.dissipated.iter().map(|(_, energy)| energy).sum::<f64>()
+    }
+}

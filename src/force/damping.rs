@@ -1,0 +1,177 @@
+//! Damping: mass-proportional on all motion, stiffness-proportional on change of length only.
+
+use super::SpringBatch;
+use crate::linear::{Assembly, PairBlock};
+use crate::state::State;
+use glam::DVec3;
+use std::fmt::Debug;
+
+/// A batch of damping elements.
+pub trait Damping: Debug + Send + Sync {
+    /// The name in reports.
+    fn name(&self) -> &'static str;
+
+    /// Power taken from the motion (W), never negative.
+    fn power(&self, state: &State) -> f64;
+
+    /// Adds the damping forces (N).
+    fn add_forces(&self, state: &State, forces: &mut [DVec3]);
+
+    /// Particles between which the law has blocks, in the order in which it fills them.
+    fn pairs(&self) -> Vec<[u32; 2]>;
+
+    /// Adds −`scale` · ∂f/∂v to the matrix.
+    fn add_jacobian(&self, state: &State, scale: f64, assembly: &mut Assembly<'_>);
+}
+
+/// Viscous drag on all motion: f = −c m v (N), P = Σ c m v² (W).
+#[derive(Clone, Debug)]
+pub struct MassDamping {
+    /// c m of each particle (kg/s).
+    pub drag: Vec<f64>,
+}
+
+impl Damping for MassDamping {
+    fn name(&self) -> &'static str {
+        "mass_damping"
+    }
+
+    fn power(&self, state: &State) -> f64 {
+        self.drag.iter().zip(&state.velocities).map(|(c, v)| c * v.length_squared()).sum()
+    }
+
+    fn add_forces(&self, state: &State, forces: &mut [DVec3]) {
+        for (force, (&c, &v)) in forces.iter_mut().zip(self.drag.iter().zip(&state.velocities)) {
+            *force -= v * c;
+        }
+    }
+
+    fn pairs(&self) -> Vec<[u32; 2]> {
+        Vec::new()
+    }
+
+    fn add_jacobian(&self, _: &State, scale: f64, assembly: &mut Assembly<'_>) {
+        for (mass, c) in assembly.matrix.masses.iter_mut().zip(&self.drag) {
+            *mass += scale * c;
+        }
+    }
+}
+
+/// Force of a damper on its first particle (N): f_i = c d̂ (d̂ · Δv), with Δv = v_j − v_i.
+///
+/// Zero when |d| = 0.
+#[inline]
+pub fn damper_force(d: DVec3, relative_velocity: DVec3, damping: f64) -> DVec3 {
+    let length_squared = d.length_squared();
+    if length_squared > 0.0 {
+        d * (damping * d.dot(relative_velocity) / length_squared)
+    } else {
+        DVec3::ZERO
+    }
+}
+
+/// Damping of change of length with c = τ k, so that its share of the critical damping doesn't
+/// depend on the mesh; turning and moving as a whole stay free. P = Σ c (d̂ · Δv)² (W).
+#[derive(Clone, Debug)]
+pub struct SpringDamping {
+    /// The springs that are damped.
+    pub springs: SpringBatch,
+    /// τ of each spring (s).
+    pub times: Vec<f64>,
+}
+
+impl SpringDamping {
+    /// Ends, span (m), relative velocity (m/s) and damping c (N·s/m) of each damper.
+    fn each<'a>(&'a self, state: &'a State) -> impl Iterator<Item = ([u32; 2], DVec3, DVec3, f64)> + 'a {
+        self.springs.springs.iter().zip(&self.times).map(|(spring, time)| {
+            let d = spring.span(&state.positions);
+            let v = spring.span(&state.velocities);
+            (spring.ends, d, v, time * spring.stiffness)
+        })
+    }
+}
+
+impl Damping for SpringDamping {
+    fn name(&self) -> &'static str {
+        "stiffness_damping"
+    }
+
+    fn power(&self, state: &State) -> f64 {
+        self.each(state).map(|(_, d, v, c)| damper_force(d, v, c).dot(v)).sum()
+    }
+
+    fn add_forces(&self, state: &State, forces: &mut [DVec3]) {
+        for ([i, j], d, v, c) in self.each(state) {
+            let f = damper_force(d, v, c);
+            forces[i as usize] += f;
+            forces[j as usize] -= f;
+        }
+    }
+
+    fn pairs(&self) -> Vec<[u32; 2]> {
+        self.springs.springs.iter().map(|spring| spring.ends).collect()
+    }
+
+    fn add_jacobian(&self, state: &State, scale: f64, assembly: &mut Assembly<'_>) {
+        for (element, (_, d, _, c)) in self.each(state).enumerate() {
+            let length_squared = d.length_squared();
+            if length_squared > 0.0 {
+                assembly.add(element, PairBlock { a: 0.0, e: scale * c / length_squared, d });
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::force::Spring;
+    use glam::dvec3;
+
+    fn pair() -> (SpringDamping, State) {
+        let spring = Spring { ends: [0, 1], rest_length: 1.0, stiffness: 50.0 };
+        let springs = SpringBatch { family: "structural", springs: vec![spring] };
+        let state = State {
+            time: 0.0,
+            positions: vec![dvec3(0.1, 0.2, 0.3), dvec3(0.9, -0.4, 0.5)],
+            velocities: vec![dvec3(1.0, 0.0, -2.0), dvec3(0.5, 0.7, 0.1)],
+        };
+        (SpringDamping { springs, times: vec![0.01] }, state)
+    }
+
+    #[test]
+    fn spring_damping_dissipates_keeps_momenta_and_ignores_rotation() {
+        let (damping, mut state) = pair();
+        let mut forces = vec![DVec3::ZERO; 2];
+        damping.add_forces(&state, &mut forces);
+        assert!((forces[0] + forces[1]).length() < 1e-15);
+        let torque: DVec3 = state.positions.iter().zip(&forces).map(|(x, f)| x.cross(*f)).sum();
+        assert!(torque.length() < 1e-15);
+        let work: f64 = state.velocities.iter().zip(&forces).map(|(v, f)| v.dot(*f)).sum();
+        assert!((damping.power(&state) + work).abs() < 1e-14 && work < 0.0);
+        let spin = dvec3(0.3, -0.8, 1.1);
+        state.velocities = state.positions.iter().map(|&x| spin.cross(x) + DVec3::X).collect();
+        assert!(damping.power(&state) < 1e-28);
+    }
+
+    #[test]
+    fn jacobian_is_the_derivative_by_velocity() {
+        let (damping, state) = pair();
+        let pairs = damping.pairs();
+        let mut matrix = crate::linear::PairMatrix::with_pattern(2, pairs.iter().copied());
+        let slots = [0];
+        damping.add_jacobian(&state, 1.0, &mut Assembly { matrix: &mut matrix, slots: &slots });
+        for axis in [DVec3::X, DVec3::Y, DVec3::Z] {
+            let mut moved = state.clone();
+            moved.velocities[0] += axis;
+            let (mut before, mut after) = (vec![DVec3::ZERO; 2], vec![DVec3::ZERO; 2]);
+            damping.add_forces(&state, &mut before);
+            damping.add_forces(&moved, &mut after);
+            let mut product = vec![DVec3::ZERO; 2];
+            matrix.multiply(&[axis, DVec3::ZERO], &mut product);
+            for i in 0..2 {
+                assert!((before[i] - after[i] - product[i]).length() < 1e-12);
+            }
+        }
+    }
+}

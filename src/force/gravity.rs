@@ -1,0 +1,31 @@
+//! Uniform gravity.
+
+use super::Force;
+use crate::state::State;
+use glam::DVec3;
+
+/// Weight of every particle: E = −Σ m g · x (J), zero at the origin; f = m g (N).
+#[derive(Clone, Debug)]
+pub struct Gravity {
+    /// Acceleration (m/s²).
+    pub acceleration: DVec3,
+    /// Mass of each particle (kg).
+    pub masses: Vec<f64>,
+}
+
+impl Force for Gravity {
+    fn name(&self) -> &'static str {
+        "gravitational"
+    }
+
+    fn energy(&self, state: &State) -> f64 {
+        let lifted = |(&m, x): (&f64, &DVec3)| -m * self.acceleration.dot(*x);
+        self.masses.iter().zip(&state.positions).map(lifted).sum()
+    }
+
+    fn add_forces(&self, _: &State, forces: &mut [DVec3]) {
+        for (force, &m) in forces.iter_mut().zip(&self.masses) {
+            *force += self.acceleration * m;
+        }
+    }
+}

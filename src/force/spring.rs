@@ -1,0 +1,165 @@
+//! Springs with a rest length.
+
+use super::{Force, Stiffness};
+use crate::linear::{Assembly, PairBlock};
+use crate::state::State;
+use glam::DVec3;
+
+/// Energy of a spring (J): E = ½ k (|d| − ℓ₀)² with d = x_j − x_i.
+pub fn energy(d: DVec3, stiffness: f64, rest_length: f64) -> f64 {
+    let stretch = d.length() - rest_length;
+    0.5 * stiffness * stretch * stretch
+}
+
+/// Force of a spring on its first particle (N): f_i = k (|d| − ℓ₀) d/|d| with d = x_j − x_i.
+///
+/// Zero when |d| = 0, where the direction is undefined.
+///
+/// Source: Provot 1995.
+#[inline]
+pub fn force(d: DVec3, stiffness: f64, rest_length: f64) -> DVec3 {
+    let length = d.length();
+    if length > 0.0 { d * (stiffness * (1.0 - rest_length / length)) } else { DVec3::ZERO }
+}
+
+/// −∂f_i/∂x_i of a spring (N/m): k [d̂ d̂ᵀ + (1 − ℓ₀/|d|)(1 − d̂ d̂ᵀ)].
+///
+/// Negative across a compressed spring. At |d| = 0, where the force has no derivative, k·1: the
+/// spring resists every direction in which its ends may part.
+pub fn jacobian(d: DVec3, stiffness: f64, rest_length: f64) -> PairBlock {
+    block(d, stiffness, rest_length, f64::NEG_INFINITY)
+}
+
+/// [`jacobian`] without its negative part, which makes the implicit schemes' matrix indefinite:
+/// k [d̂ d̂ᵀ + max(0, 1 − ℓ₀/|d|)(1 − d̂ d̂ᵀ)].
+///
+/// Source: Choi and Ko 2002.
+pub fn jacobian_definite(d: DVec3, stiffness: f64, rest_length: f64) -> PairBlock {
+    block(d, stiffness, rest_length, 0.0)
+}
+
+/// The Jacobian with the factor across the spring bounded below.
+#[inline]
+fn block(d: DVec3, stiffness: f64, rest_length: f64, across_least: f64) -> PairBlock {
+    let length_squared = d.length_squared();
+    if length_squared == 0.0 {
+        return PairBlock { a: stiffness, e: 0.0, d };
+    }
+    let across = (1.0 - rest_length / length_squared.sqrt()).max(across_least);
+    PairBlock { a: stiffness * across, e: stiffness * (1.0 - across) / length_squared, d }
+}
+
+/// One spring.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Spring {
+    /// Its particles.
+    pub ends: [u32; 2],
+    /// Rest length ℓ₀ (m).
+    pub rest_length: f64,
+    /// Stiffness k (N/m).
+    pub stiffness: f64,
+}
+
+impl Spring {
+    /// From its first to its second particle (m).
+    #[inline]
+    pub fn span(&self, positions: &[DVec3]) -> DVec3 {
+        positions[self.ends[1] as usize] - positions[self.ends[0] as usize]
+    }
+
+    /// Strain ε = ℓ/ℓ₀ − 1.
+    #[inline]
+    pub fn strain(&self, positions: &[DVec3]) -> f64 {
+        self.span(positions).length() / self.rest_length - 1.0
+    }
+}
+
+/// All springs of one family.
+#[derive(Clone, Debug)]
+pub struct SpringBatch {
+    /// `structural`, `shear` or `bend`.
+    pub family: &'static str,
+    /// The springs.
+    pub springs: Vec<Spring>,
+}
+
+impl Force for SpringBatch {
+    fn name(&self) -> &'static str {
+        self.family
+    }
+
+    fn energy(&self, state: &State) -> f64 {
+        self.springs
+            .iter()
+            .map(|spring| energy(spring.span(&state.positions), spring.stiffness, spring.rest_length))
+            .sum()
+    }
+
+    fn add_forces(&self, state: &State, forces: &mut [DVec3]) {
+        for spring in &self.springs {
+            let f = force(spring.span(&state.positions), spring.stiffness, spring.rest_length);
+            forces[spring.ends[0] as usize] += f;
+            forces[spring.ends[1] as usize] -= f;
+        }
+    }
+}
+
+impl Stiffness for SpringBatch {
+    fn pairs(&self) -> Vec<[u32; 2]> {
+        self.springs.iter().map(|spring| spring.ends).collect()
+    }
+
+    fn add_jacobian(&self, state: &State, scale: f64, assembly: &mut Assembly<'_>) {
+        for (element, spring) in self.springs.iter().enumerate() {
+            let d = spring.span(&state.positions);
+            let block = jacobian_definite(d, scale * spring.stiffness, spring.rest_length);
+            assembly.add(element, block);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const AXES: [DVec3; 3] = [DVec3::X, DVec3::Y, DVec3::Z];
+
+    /// Force against differences of the energy, Jacobian against differences of the force, from
+    /// half to twice the rest length. The step balances truncation (h²) with rounding (ε/h).
+    #[test]
+    fn derivatives_agree_with_differences() {
+        let (k, rest, h) = (750.0, 0.3, 1e-6);
+        for i in 0..200_u32 {
+            let turn = f64::from(i);
+            let direction = DVec3::new(turn.sin(), (1.7 * turn).cos(), (0.3 * turn).sin());
+            let d = direction.normalize_or_zero() * rest * (0.5 + 1.5 * (0.37 * turn).fract());
+            let (f, j) = (force(d, k, rest), jacobian(d, k, rest).to_matrix());
+            for axis in AXES {
+                // f acts on the first particle and d points away from it: f = +∂E/∂d.
+                let slope = (energy(d + axis * h, k, rest) - energy(d - axis * h, k, rest)) / (2.0 * h);
+                assert!((slope - f.dot(axis)).abs() < 1e-6 * k * rest, "{slope} against {f} along {axis}");
+                let column = (force(d + axis * h, k, rest) - force(d - axis * h, k, rest)) / (2.0 * h);
+                assert!((column - j * axis).length() < 1e-6 * k, "{column} against {j} along {axis}");
+            }
+        }
+    }
+
+    #[test]
+    fn definite_jacobian_is_the_exact_one_when_stretched_and_definite_when_not() {
+        let stretched = DVec3::new(0.2, 0.3, -0.1);
+        assert_eq!(jacobian(stretched, 5.0, 0.1), jacobian_definite(stretched, 5.0, 0.1));
+        let compressed = jacobian_definite(stretched, 5.0, 1.0).to_matrix();
+        for axis in AXES {
+            assert!(axis.dot(compressed * axis) >= 0.0);
+        }
+        let across = stretched.cross(DVec3::X);
+        assert!(across.dot(jacobian(stretched, 5.0, 1.0).to_matrix() * across) < 0.0);
+    }
+
+    #[test]
+    fn a_spring_of_zero_length_is_finite() {
+        assert_eq!(force(DVec3::ZERO, 5.0, 1.0), DVec3::ZERO);
+        assert!(jacobian(DVec3::ZERO, 5.0, 1.0).to_matrix().is_finite());
+        assert!((energy(DVec3::ZERO, 5.0, 1.0) - 2.5).abs() < 1e-15);
+    }
+}

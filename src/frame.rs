@@ -1,0 +1,175 @@
+//! What is recorded: owned `f32` snapshots that refer to nothing, so that they can cross threads.
+//!
+//! A [`Header`] says once what stays the same during a run; a [`Frame`] says what moved.
+//! From here on everything is `f32`, except for times, energies and the checkpoint.
+
+/// What stays the same in every frame of a run; recorded once, before the first frame.
+#[derive(Clone, Debug, Default)]
+pub struct Header {
+    /// The scene's name.
+    pub scene: String,
+    /// The scene's TOML, as it was run (with the changes made by the command line).
+    pub scene_toml: String,
+    /// What is modelled, as Markdown.
+    pub model_list: String,
+    /// Strain at the ends of the colour map (m/m).
+    pub strain_range: f32,
+    /// Which springs are recorded.
+    pub spring_detail: SpringDetail,
+    /// The cloths, in the order of [`Frame::cloths`].
+    pub cloths: Vec<ClothHeader>,
+    /// The obstacles at rest.
+    pub obstacles: Vec<ObstacleHeader>,
+    /// The time series, in the order of [`Frame::values`].
+    pub series: Vec<Series>,
+}
+
+/// A time series.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Series {
+    /// Entity path without the leading slash, such as `energy/kinetic`.
+    pub path: String,
+    /// What the plot calls it, with its unit, such as `kinetic (J)`.
+    pub label: String,
+}
+
+/// Which springs are recorded as lines.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum SpringDetail {
+    /// None.
+    Off,
+    /// Every spring.
+    All,
+    /// Every spring below a few thousand, the most strained beyond.
+    #[default]
+    Auto,
+}
+
+/// The fixed part of a cloth.
+#[derive(Clone, Debug, Default)]
+pub struct ClothHeader {
+    /// The cloth's name, unique in the scene.
+    pub name: String,
+    /// Number of particles.
+    pub particles: usize,
+    /// Vertex indices of one triangle an entry, counter-clockwise; empty for a chain.
+    pub triangles: Vec<[u32; 3]>,
+    /// The springs by family.
+    pub springs: Vec<SpringFamily>,
+    /// Pinned particles.
+    pub pins: Vec<u32>,
+}
+
+/// One family of springs of a cloth.
+#[derive(Clone, Debug, Default)]
+pub struct SpringFamily {
+    /// `structural`, `shear` or `bend`.
+    pub name: &'static str,
+    /// Particle indices of one spring an entry.
+    pub pairs: Vec<[u32; 2]>,
+}
+
+/// The mesh of an obstacle.
+#[derive(Clone, Debug, Default)]
+pub struct ObstacleHeader {
+    /// The obstacle's name, unique in the scene.
+    pub name: String,
+    /// Vertex positions (m).
+    pub positions: Vec<[f32; 3]>,
+    /// Vertex indices of one triangle an entry, counter-clockwise seen from outside.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+/// The state of a run at one time.
+#[derive(Clone, Debug, Default)]
+pub struct Frame {
+    /// Number of this frame, from 0.
+    pub index: u64,
+    /// Steps done so far.
+    pub step: u64,
+    /// Simulated time (s).
+    pub time: f64,
+    /// One entry a cloth.
+    pub cloths: Vec<ClothFrame>,
+    /// Particles that touch an obstacle.
+    pub contacts: Vec<ContactMark>,
+    /// Energies, strains, contact and solver figures: one value a series of [`Header::series`].
+    pub values: Vec<f64>,
+    /// Springs by strain.
+    pub histogram: Histogram,
+    /// What there is to say at this time.
+    pub events: Vec<Event>,
+    /// The whole `f64` state, every so many frames and in the last one.
+    pub checkpoint: Option<Checkpoint>,
+}
+
+/// The moving part of a cloth.
+#[derive(Clone, Debug, Default)]
+pub struct ClothFrame {
+    /// Particle positions (m).
+    pub positions: Vec<[f32; 3]>,
+    /// Strain at each particle: the mean over its structural and shear springs (m/m).
+    pub strain: Vec<f32>,
+    /// Strain of each spring by family, in the order of [`ClothHeader::springs`] (m/m).
+    pub spring_strain: Vec<Vec<f32>>,
+}
+
+/// A particle in contact.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ContactMark {
+    /// Its position (m).
+    pub position: [f32; 3],
+    /// How far it is below the obstacle's surface (m); 0 when it is outside.
+    pub depth: f32,
+}
+
+/// Number of springs by strain, in classes of equal width.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Histogram {
+    /// Strain in the middle of the first class (m/m).
+    pub first: f32,
+    /// Width of a class (m/m).
+    pub width: f32,
+    /// Springs in each class; those beyond the ends are counted in the outermost.
+    pub counts: Vec<u32>,
+}
+
+/// Something to say in the recording's log.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Event {
+    /// How serious it is.
+    pub level: Level,
+    /// The text.
+    pub text: String,
+}
+
+/// How serious an [`Event`] is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Level {
+    /// Good to know.
+    Info,
+    /// Worth a look.
+    Warning,
+    /// The run can't go on.
+    Error,
+}
+
+/// The `f64` state from which a run can go on.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Checkpoint {
+    /// Steps done so far.
+    pub step: u64,
+    /// Simulated time (s).
+    pub time: f64,
+    /// One entry a cloth.
+    pub cloths: Vec<ClothCheckpoint>,
+}
+
+/// The `f64` state of one cloth.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ClothCheckpoint {
+    /// The cloth's name.
+    pub name: String,
+    /// x, y, z (m) and vx, vy, vz (m/s) of one particle an entry.
+    pub particles: Vec<[f64; 6]>,
+}

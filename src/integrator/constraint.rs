@@ -1,0 +1,108 @@
+//! What the implicit schemes may not change: pinned particles and lasting contacts.
+
+use crate::collision::{Contact, Contacts, Grip};
+use crate::model::Model;
+use glam::{DMat3, DVec3};
+
+/// The directions in which a particle's velocity is given.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Constraint {
+    /// None.
+    Free,
+    /// Along a unit normal.
+    Plane(DVec3),
+    /// All.
+    Fixed,
+}
+
+impl Constraint {
+    /// The inverse of a symmetric diagonal block on the free directions, zero on the given ones.
+    pub(super) fn inverse(self, block: DMat3) -> DMat3 {
+        match self {
+            Self::Free => block.inverse(),
+            Self::Fixed => DMat3::ZERO,
+            Self::Plane(n) => plane_inverse(block, n),
+        }
+    }
+}
+
+/// T (Tᵀ B T)⁻¹ Tᵀ with T two unit vectors across the normal.
+fn plane_inverse(block: DMat3, n: DVec3) -> DMat3 {
+    let (s, t) = n.any_orthonormal_pair();
+    let (bs, bt) = (block * s, block * t);
+    let (ss, st, tt) = (s.dot(bs), s.dot(bt), t.dot(bt));
+    let determinant = ss * tt - st * st;
+    let (across_s, across_t) = ((s * tt - t * st) / determinant, (t * ss - s * st) / determinant);
+    DMat3::from_cols(
+        across_s * s.x + across_t * t.x,
+        across_s * s.y + across_t * t.y,
+        across_s * s.z + across_t * t.z,
+    )
+}
+
+/// One constraint a particle. A contact that carries pressure lets its particle approach the place
+/// where contact begins, and no further; one that sticks also takes its tangential velocity.
+pub(super) fn constrain(model: &Model, contacts: &Contacts, constraints: &mut [Constraint]) {
+    for (constraint, &w) in constraints.iter_mut().zip(&model.inverse_masses) {
+        *constraint = if w == 0.0 { Constraint::Fixed } else { Constraint::Free };
+    }
+    for (contact, grip) in pressed(model, contacts) {
+        constraints[contact.particle] = if grip.sticks { Constraint::Fixed } else { Constraint::Plane(contact.normal) };
+    }
+}
+
+/// The contacts that carry pressure, of particles that aren't pinned.
+pub(super) fn pressed<'a>(model: &'a Model, contacts: &'a Contacts) -> impl Iterator<Item = (&'a Contact, &'a Grip)> {
+    let with_grip = contacts.list.iter().map(|contact| (contact, &contacts.grips[contact.particle]));
+    with_grip.filter(|(contact, grip)| grip.pressure > 0.0 && !model.is_pinned(contact.particle))
+}
+
+/// Velocity along the normal (m/s) that closes a contact's gap in one step; 0 when there is none.
+pub(super) fn closing_velocity(contact: &Contact, dt: f64) -> f64 {
+    -contact.gap.max(0.0) / dt
+}
+
+/// Reads from the impulse that a constraint supplied how the contact goes on.
+///
+/// Pressure pulls never; friction holds while |tangential impulse| ≤ μ pressure, and otherwise
+/// drags with μ pressure against the motion that the pull, or the velocity, asks for.
+pub(super) fn regrip(contact: &Contact, grip: Grip, impulse: DVec3, velocity: DVec3) -> Grip {
+    let pressure = impulse.dot(contact.normal);
+    if pressure <= 0.0 {
+        return Grip::default();
+    }
+    let most = contact.friction * pressure;
+    if grip.sticks {
+        let held = impulse - contact.normal * pressure;
+        let pull = held.length();
+        if pull <= most {
+            return Grip { pressure, drag: DVec3::ZERO, sticks: true };
+        }
+        return Grip { pressure, drag: held * (most / pull), sticks: false };
+    }
+    let sliding = velocity - contact.normal * velocity.dot(contact.normal);
+    let reversed = sliding.dot(grip.drag) > 0.0;
+    match sliding.try_normalize() {
+        Some(direction) if !reversed => Grip { pressure, drag: -direction * most, sticks: false },
+        _ => Grip { pressure, drag: DVec3::ZERO, sticks: true },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::linear::PairBlock;
+
+    #[test]
+    fn plane_inverse_inverts_across_the_normal_and_ignores_it() {
+        let along = |a, e, d| PairBlock { a, e, d }.to_matrix();
+        let block = along(3.0, 2.0, DVec3::new(0.5, -1.0, 0.2)) + along(0.0, 1.0, DVec3::new(1.0, 2.0, 3.0));
+        let n = DVec3::new(1.0, 2.0, -2.0) / 3.0;
+        let inverse = Constraint::Plane(n).inverse(block);
+        assert!((inverse * n).length() < 1e-14);
+        let across = n.any_orthonormal_vector();
+        let back = inverse * (block * across);
+        assert!((back - across).length() < 1e-13, "{back} against {across}");
+        assert_eq!(Constraint::Fixed.inverse(block), DMat3::ZERO);
+    }
+}

@@ -1,0 +1,158 @@
+//! Implicit Euler with one linearised solve a step.
+//!
+//! Source: Baraff and Witkin 1998, with the new velocity itself as the unknown:
+//!
+//! (M − dt ∂f/∂v − dt² ∂f/∂x) v₁ = M v₀ + dt f(x₀),   x₁ = x₀ + dt v₁
+//!
+//! where f holds all forces but damping, which is linear in the velocity and stands on the left
+//! alone. This is theirs with v₁ = v₀ + Δv; the term dt² ∂f/∂x v₀ of their right hand side is gone.
+
+use super::constraint::{Constraint, closing_velocity, constrain, pressed, regrip};
+use crate::collision::Contacts;
+use crate::linear::{Assembly, PairMatrix, ConjugateGradient, Limits, Solve};
+use crate::model::{Cloth, Model};
+use crate::state::State;
+use glam::{DMat3, DVec3};
+
+/// Work arrays of the scheme; one entry a particle unless it says otherwise.
+#[derive(Debug)]
+pub struct ImplicitEuler {
+    linear_tolerance: f64,
+    /// M − dt ∂f/∂v − dt² ∂f/∂x.
+    matrix: PairMatrix,
+    /// Slots in the matrix of each stiffness, then of each damping.
+    slots: Vec<Vec<u32>>,
+    /// M v₀ + dt f(x₀) (N·s).
+    impulses: Vec<DVec3>,
+    constraints: Vec<Constraint>,
+    /// Preconditioner: the inverse of each diagonal block on the free directions.
+    inverse: Vec<DMat3>,
+    solver: ConjugateGradient,
+    /// A v, while momentum is balanced.
+    product: Vec<DVec3>,
+}
+
+/// Iterations after which a solve is taken as it is: sixteen times what `drape` needs.
+const MAX_ITERATIONS: u32 = 2000;
+
+impl ImplicitEuler {
+    pub(super) fn new(model: &Model, linear_tolerance: f64) -> Self {
+        let particles = model.particles();
+        let mut pairs: Vec<Vec<[u32; 2]>> = model.stiffnesses().map(|law| law.pairs()).collect();
+        pairs.extend(model.dampings().map(|law| law.pairs()));
+        let matrix = PairMatrix::with_pattern(particles, pairs.iter().flatten().copied());
+        let slots = pairs.iter().map(|pairs| pairs.iter().filter_map(|&pair| matrix.slot(pair)).collect());
+        Self {
+            linear_tolerance,
+            slots: slots.collect(),
+            matrix,
+            impulses: vec![DVec3::ZERO; particles],
+            constraints: vec![Constraint::Free; particles],
+            inverse: vec![DMat3::ZERO; particles],
+            solver: ConjugateGradient::new(particles),
+            product: vec![DVec3::ZERO; particles],
+        }
+    }
+
+    pub(super) fn advance(&mut self, model: &Model, contacts: &mut Contacts, dt: f64, state: &mut State) -> Solve {
+        self.assemble(model, dt, state);
+        constrain(model, contacts, &mut self.constraints);
+        self.set_impulses(model, contacts, dt, state);
+        self.guess(model, contacts, dt, state);
+        let solve = self.solve(model, dt, state);
+        self.update_grips(contacts, state);
+        for (x, v) in state.positions.iter_mut().zip(&state.velocities) {
+            *x += *v * dt;
+        }
+        solve
+    }
+
+    /// Fills the matrix, and the preconditioner with its diagonal blocks.
+    fn assemble(&mut self, model: &Model, dt: f64, state: &State) {
+        self.matrix.clear(&model.masses);
+        let mut slots = self.slots.iter();
+        for (law, slots) in model.stiffnesses().zip(slots.by_ref()) {
+            law.add_jacobian(state, dt * dt, &mut Assembly { matrix: &mut self.matrix, slots });
+        }
+        for (law, slots) in model.dampings().zip(slots) {
+            law.add_jacobian(state, dt, &mut Assembly { matrix: &mut self.matrix, slots });
+        }
+        self.matrix.diagonal(&mut self.inverse);
+    }
+
+    /// M v₀ + dt f(x₀), and the friction of particles that slide.
+    fn set_impulses(&mut self, model: &Model, contacts: &Contacts, dt: f64, state: &State) {
+        self.impulses.fill(DVec3::ZERO);
+        for force in model.forces() {
+            force.add_forces(state, &mut self.impulses);
+        }
+        for (impulse, (&m, &v)) in self.impulses.iter_mut().zip(model.masses.iter().zip(&state.velocities)) {
+            *impulse = *impulse * dt + v * m;
+        }
+        for (contact, grip) in pressed(model, contacts) {
+            self.impulses[contact.particle] += grip.drag;
+        }
+    }
+
+    /// Inverts the preconditioner's blocks, and sets the velocities from which the solve starts: the
+    /// old ones where nothing is prescribed.
+    fn guess(&mut self, model: &Model, contacts: &Contacts, dt: f64, state: &mut State) {
+        for (i, constraint) in self.constraints.iter().enumerate() {
+            self.inverse[i] = constraint.inverse(self.inverse[i]);
+            if *constraint == Constraint::Fixed {
+                state.velocities[i] = DVec3::ZERO;
+            }
+        }
+        for (contact, grip) in pressed(model, contacts) {
+            let v = &mut state.velocities[contact.particle];
+            let tangential = if grip.sticks { DVec3::ZERO } else { *v - contact.normal * v.dot(contact.normal) };
+            *v = tangential + contact.normal * closing_velocity(contact, dt);
+        }
+    }
+
+    /// Solves for the new velocities, and gives every free cloth exactly the momentum it is due.
+    fn solve(&mut self, model: &Model, dt: f64, state: &mut State) -> Solve {
+        self.balance_momentum(model, dt, state);
+        let g = model.gravity.acceleration.length();
+        let mass: f64 = model.masses.iter().sum();
+        // The scale below which residuals don't matter: the impulse of one step's free fall.
+        let floor = dt * g * mass.sqrt();
+        let limits = Limits { tolerance: self.linear_tolerance, floor, max_iterations: MAX_ITERATIONS };
+        let solve = self.solver.solve(&self.matrix, &self.inverse, &self.impulses, &mut state.velocities, limits);
+        self.balance_momentum(model, dt, state);
+        solve
+    }
+
+    /// Shifts the velocity of every unconstrained cloth so that its residuals sum to zero.
+    ///
+    /// Inner forces sum to zero, so the sum of the residuals b − A v is the momentum that is still
+    /// missing; a uniform velocity of it over Σ (m + dt c m) supplies it. This makes free fall exact
+    /// and keeps momentum to rounding at any tolerance.
+    fn balance_momentum(&mut self, model: &Model, dt: f64, state: &mut State) {
+        let free = |cloth: &Cloth| self.constraints[cloth.particles.clone()].iter().all(|c| *c == Constraint::Free);
+        if !model.cloths.iter().any(free) {
+            return;
+        }
+        self.matrix.multiply(&state.velocities, &mut self.product);
+        for cloth in model.cloths.iter().filter(|cloth| free(cloth)) {
+            let range = cloth.particles.clone();
+            let missing: DVec3 = range.clone().map(|i| self.impulses[i] - self.product[i]).sum();
+            let drag = |i| model.mass_damping.as_ref().map_or(0.0, |damping| dt * damping.drag[i]);
+            let inertia: f64 = range.clone().map(|i| model.masses[i] + drag(i)).sum();
+            for v in &mut state.velocities[range] {
+                *v += missing / inertia;
+            }
+        }
+    }
+
+    /// What the constraints had to supply, A v₁ − b, says how each contact goes on.
+    fn update_grips(&self, contacts: &mut Contacts, state: &mut State) {
+        for contact in &contacts.list {
+            let i = contact.particle;
+            let grip = contacts.grips[i];
+            if grip.pressure > 0.0 {
+                contacts.grips[i] = regrip(contact, grip, -self.solver.residual[i], state.velocities[i]);
+            }
+        }
+    }
+}

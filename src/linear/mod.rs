@@ -1,0 +1,15 @@
+//! Linear algebra of the implicit schemes: the matrix of pairwise forces and
+//! preconditioned conjugate gradients.
+//!
+//! Loops run over fixed chunks of rows, and sums are taken over the chunks in order, so that the
+//! result has the same bits for any number of threads.
+
+mod conjugate_gradient;
+mod pair_matrix;
+
+pub use conjugate_gradient::{ConjugateGradient, Limits, Solve};
+pub use pair_matrix::{Assembly, PairBlock, PairMatrix};
+
+/// Rows in a chunk: large enough that the blocks between chunks, which are read twice, are few (one
+/// in eight for a 61 × 61 sheet with second neighbours), small enough for two threads to share.
+pub(crate) const CHUNK: usize = 1024;

@@ -1,0 +1,45 @@
+//! What a cloth is made of before it has mass: vertices, triangles and the places of its springs.
+
+use super::TriMesh;
+
+/// A cloth's shape at rest, in its own coordinates.
+#[derive(Clone, Debug, Default)]
+pub struct Lattice {
+    /// Vertices (m) and triangles; a chain has no triangles.
+    pub mesh: TriMesh,
+    /// Share of the whole that each vertex stands for: area (m²) of a sheet, length (m) of a chain.
+    pub shares: Vec<f64>,
+    /// Places of the springs along the weave.
+    pub structural: Vec<Segment>,
+    /// Places of the springs along the cells' diagonals.
+    pub shear: Vec<Segment>,
+    /// Places of the springs between second neighbours.
+    pub bend: Vec<Segment>,
+    /// Vertices of each named edge.
+    pub edges: Vec<(EdgeName, Vec<u32>)>,
+    /// Vertices of each named corner.
+    pub corners: Vec<(String, u32)>,
+}
+
+/// A straight piece between two vertices.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Segment {
+    /// Its vertices.
+    pub ends: [u32; 2],
+    /// Area of the cells that it borders or crosses (m²); 0 in a chain.
+    pub area: f64,
+}
+
+/// An edge of a sheet before it is placed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum EdgeName {
+    /// At −x.
+    Left,
+    /// At +x.
+    Right,
+    /// At −z.
+    Near,
+    /// At +z.
+    Far,
+}

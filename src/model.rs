@@ -1,0 +1,89 @@
+//! Everything that is fixed during a run.
+
+use crate::collision::Obstacle;
+use crate::force::{Damping, Force, Gravity, MassDamping, SpringBatch, SpringDamping, Stiffness};
+use crate::strain_limit::StrainLimit;
+use std::ops::Range;
+
+/// Masses, forces, obstacles, limits and pins. A part that a scene doesn't ask for isn't there.
+#[derive(Debug)]
+pub struct Model {
+    /// The cloths, in the order of their particles.
+    pub cloths: Vec<Cloth>,
+    /// Mass of each particle (kg).
+    pub masses: Vec<f64>,
+    /// 1/mass of each particle (1/kg), 0 for pinned ones.
+    pub inverse_masses: Vec<f64>,
+    /// Weight.
+    pub gravity: Gravity,
+    /// Springs by family.
+    pub springs: Vec<SpringBatch>,
+    /// Drag on all motion.
+    pub mass_damping: Option<MassDamping>,
+    /// Damping of change of length, by family.
+    pub spring_damping: Vec<SpringDamping>,
+    /// Upper bound on strain.
+    pub strain_limit: Option<StrainLimit>,
+    /// What the cloth collides with.
+    pub obstacles: Vec<Obstacle>,
+}
+
+/// One cloth of a model.
+#[derive(Clone, Debug)]
+pub struct Cloth {
+    /// Its name in the scene.
+    pub name: String,
+    /// Its particles.
+    pub particles: Range<usize>,
+    /// Its triangles, by the model's particles; empty for a chain.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+impl Model {
+    /// Number of particles.
+    pub fn particles(&self) -> usize {
+        self.masses.len()
+    }
+
+    /// Whether a particle is pinned.
+    pub fn is_pinned(&self, particle: usize) -> bool {
+        self.inverse_masses[particle] == 0.0
+    }
+
+    /// Every force. The integrators, the energy ledger and the tests walk this list, so that none
+    /// can forget one.
+    pub fn forces(&self) -> impl Iterator<Item = &dyn Force> {
+        let springs = self.springs.iter().map(|batch| batch as &dyn Force);
+        std::iter::once(&self.gravity as &dyn Force).chain(springs)
+    }
+
+    /// The forces that resist deformation.
+    pub fn stiffnesses(&self) -> impl Iterator<Item = &dyn Stiffness> {
+        self.springs.iter().map(|batch| batch as &dyn Stiffness)
+    }
+
+    /// Every damping.
+    pub fn dampings(&self) -> impl Iterator<Item = &dyn Damping> {
+        let mass = self.mass_damping.iter().map(|damping| damping as &dyn Damping);
+        mass.chain(self.spring_damping.iter().map(|damping| damping as &dyn Damping))
+    }
+
+    /// Number of springs.
+    pub fn spring_count(&self) -> usize {
+        self.springs.iter().map(|batch| batch.springs.len()).sum()
+    }
+
+    /// The springs whose strain is reported and limited: all but bend springs, which stand for
+    /// bending and not for the length of the weave.
+    pub fn weave(&self) -> impl Iterator<Item = &SpringBatch> {
+        self.springs.iter().filter(|batch| batch.family != "bend")
+    }
+
+    /// Name of a particle's cloth and the particle's number in it.
+    pub fn place(&self, particle: usize) -> (&str, usize) {
+        self.cloths
+            .iter()
+            .find(|cloth| cloth.particles.contains(&particle))
+            .map_or(("", particle), |cloth| (cloth.name.as_str(), particle - cloth.particles.start))
+    }
+}

@@ -1,0 +1,204 @@
+//! The Rerun recording of a run: a file, live viewers, or both.
+
+use std::collections::BTreeSet;
+use std::fmt;
+use std::path::PathBuf;
+use std::time::Duration;
+
+use rerun::log::ChunkBatcherConfig;
+use rerun::{RecordingStream, RecordingStreamBuilder, RecordingStreamError};
+
+use super::camera::Camera;
+use super::drawing::Drawing;
+use super::live::LiveViewer;
+use super::plots::Plots;
+use super::targets::{Open, Targets};
+use super::{RecordError, Recorded, Recorder};
+use super::{blueprint, checkpoint, disk, entity, statics};
+use crate::frame::{Frame, Header};
+
+/// Longest wait before rows are sent off while a viewer watches: a frame at 30 a second.
+const LIVE_TICK: Duration = Duration::from_millis(33);
+/// The same for a file alone. Each entity costs 1.3 kB a tick, and a killed run loses one tick.
+const FILE_TICK: Duration = Duration::from_millis(500);
+/// After so many frames the disk is checked: about every 7 MB with a 60 × 60 sheet.
+const CHECK_EVERY: u64 = 64;
+/// A disk that needs longer for that is slow, not full.
+const CHECK_TIME: Duration = Duration::from_secs(5);
+/// For all that is still on its way when a run ends: 100 MB at most.
+const FINISH_TIME: Duration = Duration::from_secs(60);
+
+/// Records a run with Rerun.
+///
+/// The file gets every frame, whatever the live viewers do. Two recordings of the same frames
+/// hold the same data: no clock is recorded, and the recording is named after the scene.
+pub struct RerunRecorder {
+    header: Header,
+    stream: RecordingStream,
+    file: Option<PathBuf>,
+    viewers: Vec<LiveViewer>,
+    drawing: Drawing,
+    plots: Plots,
+    frames: u64,
+    finished: bool,
+}
+
+impl RerunRecorder {
+    /// Opens the targets and records what stays the same.
+    ///
+    /// # Errors
+    ///
+    /// When the file can't be created, an address is none, a port is taken, no viewer can be
+    /// started, or two things of the scene have one name.
+    pub fn new(header: &Header, targets: &Targets) -> Result<Self, RecordError> {
+        check_names(header)?;
+        let Open { sinks, viewers } = targets.open()?;
+        let flush_tick = if viewers.is_empty() {
+            FILE_TICK
+        } else {
+            LIVE_TICK
+        };
+        let batching = ChunkBatcherConfig {
+            flush_tick,
+            ..ChunkBatcherConfig::DEFAULT
+        };
+        let stream = builder(header).batcher_config(batching).set_sinks(sinks)?;
+        let mut recorder = Self::with_stream(header, stream)?;
+        recorder.file.clone_from(&targets.save);
+        recorder.viewers = viewers;
+        // Rows of one tick are sent in no certain order, but a mesh without its triangles is an
+        // error to the viewer: what is static goes first.
+        recorder.check_disk(CHECK_TIME)?;
+        Ok(recorder)
+    }
+
+    pub(super) fn with_stream(
+        header: &Header,
+        stream: RecordingStream,
+    ) -> Result<Self, RecordError> {
+        stream.set_log_time_enabled(false);
+        statics::log(&stream, header)?;
+        Ok(Self {
+            drawing: Drawing::new(header),
+            plots: Plots::new(header),
+            header: header.clone(),
+            stream,
+            file: None,
+            viewers: Vec::new(),
+            frames: 0,
+            finished: false,
+        })
+    }
+
+    fn set_time(&self, frame: &Frame) {
+        // Rerun's times are nanoseconds in i64: 292 years.
+        self.stream.set_duration_secs(entity::SIM_TIME, frame.time);
+        let number = i64::try_from(frame.index).unwrap_or(i64::MAX);
+        self.stream.set_time_sequence(entity::FRAME, number);
+    }
+
+    fn check_disk(&self, timeout: Duration) -> Result<(), RecordError> {
+        match &self.file {
+            Some(path) => disk::flush(&self.stream, path, timeout),
+            None => {
+                // Viewers take what they can: there is nothing to wait for.
+                self.stream.flush_with_timeout(timeout).ok();
+                Ok(())
+            }
+        }
+    }
+}
+
+impl Recorder for RerunRecorder {
+    fn record(&mut self, frame: &Frame) -> Result<(), RecordError> {
+        if self.finished {
+            return Err(RecordError::Sink {
+                message: format!("frame {} came after the end", frame.index),
+            });
+        }
+        if self.frames == 0 {
+            let camera = Camera::framing(&self.header, frame);
+            blueprint::send(&self.stream, &self.header, camera)?;
+        }
+        self.set_time(frame);
+        self.drawing.log(&self.stream, &self.header, frame)?;
+        self.plots.log(&self.stream, frame)?;
+        if let Some(state) = &frame.checkpoint {
+            checkpoint::log(&self.stream, state)?;
+        }
+        self.frames += 1;
+        if self.frames.is_multiple_of(CHECK_EVERY) {
+            self.check_disk(CHECK_TIME)?;
+        }
+        Ok(())
+    }
+
+    fn finish(&mut self) -> Result<Recorded, RecordError> {
+        if !self.finished {
+            self.finished = true;
+            let flushed = self.check_disk(FINISH_TIME);
+            self.stream.finalize_deferred_sinks();
+            for viewer in &self.viewers {
+                viewer.finish();
+            }
+            flushed?;
+            if let Some(path) = &self.file {
+                disk::check_complete(path)?;
+            }
+        }
+        Ok(Recorded {
+            frames: self.frames,
+            dropped_live_frames: self.dropped_live_frames(),
+        })
+    }
+
+    /// Of several viewers the one that missed most.
+    fn dropped_live_frames(&self) -> u64 {
+        let dropped = self.viewers.iter().map(LiveViewer::dropped);
+        dropped.max().unwrap_or(0)
+    }
+}
+
+impl fmt::Debug for RerunRecorder {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("RerunRecorder")
+            .field("file", &self.file)
+            .field("viewers", &self.viewers)
+            .field("frames", &self.frames)
+            .finish_non_exhaustive()
+    }
+}
+
+impl From<RecordingStreamError> for RecordError {
+    fn from(error: RecordingStreamError) -> Self {
+        Self::Sink {
+            message: error.to_string(),
+        }
+    }
+}
+
+/// A recording named after its scene, without any clock in it.
+pub(super) fn builder(header: &Header) -> RecordingStreamBuilder {
+    RecordingStreamBuilder::new(entity::APPLICATION)
+        .enabled(true) // RERUN=0 in the environment would make this a recording of nothing
+        .recording_id(format!("muslin-{}", header.scene))
+        .send_properties(true) // after recording_id, which switches them off
+        .recording_name(header.scene.as_str())
+        .recording_started(0)
+}
+
+/// Refuses two entities of one path.
+fn check_names(header: &Header) -> Result<(), RecordError> {
+    let cloths = header.cloths.iter().map(|cloth| cloth.name.as_str());
+    let obstacles = header
+        .obstacles
+        .iter()
+        .map(|obstacle| obstacle.name.as_str());
+    let mut names = BTreeSet::from([entity::CONTACTS]);
+    match cloths.chain(obstacles).find(|name| !names.insert(name)) {
+        Some(name) => Err(RecordError::NameTaken {
+            name: name.to_owned(),
+        }),
+        None => Ok(()),
+    }
+}

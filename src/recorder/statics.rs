@@ -1,0 +1,118 @@
+//! What is recorded once: the scene's text, triangles, obstacles, and how things are drawn.
+//!
+//! Rerun lets static data shadow later data of the same component, so what moves may not appear
+//! here at all.
+
+use std::sync::Arc;
+
+use rerun::external::arrow::array::StringArray;
+use rerun::log::Chunk;
+use rerun::{AnyValues, LineStrips3D, Mesh3D, Points3D, Radius, RecordingStream};
+use rerun::{RecordingStreamResult, Rgba32, SeriesLines, TextDocument, ViewCoordinates};
+
+use super::entity::{self, ClothPaths};
+use super::{color, drawing, normals, panels};
+use crate::frame::{ClothHeader, Header, ObstacleHeader};
+
+/// Component that holds the scene's TOML as it was run, for those who read it back.
+const TOML: &str = "toml";
+
+/// Width of a spring's line, in points of the screen.
+const SPRING_WIDTH: f32 = 0.9;
+/// Width of a chain's line: it is all there is to see of it.
+const CHAIN_WIDTH: f32 = 2.5;
+/// Radius of a pin.
+const PIN_RADIUS: f32 = 3.0;
+/// Radius of a contact: as small as still shows its colour.
+const CONTACT_RADIUS: f32 = 1.2;
+
+/// Logs everything static.
+pub(super) fn log(stream: &RecordingStream, header: &Header) -> RecordingStreamResult<()> {
+    stream.log_static(entity::WORLD, &ViewCoordinates::RIGHT_HAND_Y_UP())?;
+    log_scene(stream, header)?;
+    for cloth in &header.cloths {
+        log_cloth(stream, header, cloth)?;
+    }
+    for obstacle in &header.obstacles {
+        log_obstacle(stream, obstacle)?;
+    }
+    if !header.obstacles.is_empty() {
+        let radii = [Radius::new_ui_points(CONTACT_RADIUS)];
+        let contacts = Points3D::update_fields().with_radii(radii);
+        stream.log_static(entity::body(entity::CONTACTS), &contacts)?;
+    }
+    log_series(stream, header)
+}
+
+/// The model list and the TOML, to read and to run again.
+fn log_scene(stream: &RecordingStream, header: &Header) -> RecordingStreamResult<()> {
+    let text = format!(
+        "### {}\n\n{}\n\n#### Scene\n\n```toml\n{}\n```\n",
+        header.scene,
+        header.model_list.trim_end(),
+        header.scene_toml.trim_end()
+    );
+    stream.log_static(entity::SCENE, &TextDocument::from_markdown(text))?;
+    let toml = Arc::new(StringArray::from(vec![header.scene_toml.as_str()]));
+    stream.log_static(
+        entity::SCENE,
+        &AnyValues::default().with_component_from_data(TOML, toml),
+    )
+}
+
+/// The scene's TOML, if this chunk of `/scene` has it.
+pub(crate) fn toml_of(chunk: &Chunk) -> Option<String> {
+    let texts = chunk.iter_slices::<String>(TOML.into()).next()?;
+    Some(texts.first()?.as_str().to_owned())
+}
+
+fn log_cloth(
+    stream: &RecordingStream,
+    header: &Header,
+    cloth: &ClothHeader,
+) -> RecordingStreamResult<()> {
+    let paths = ClothPaths::new(cloth);
+    let chain = cloth.triangles.is_empty();
+    if !chain {
+        let mesh = Mesh3D::update_fields().with_triangle_indices(&cloth.triangles);
+        stream.log_static(paths.mesh, &mesh)?;
+    }
+    let width = if chain { CHAIN_WIDTH } else { SPRING_WIDTH };
+    for (f, path) in paths.springs.into_iter().enumerate() {
+        if drawing::draws(header.spring_detail, cloth, f) {
+            let lines = LineStrips3D::update_fields().with_radii([Radius::new_ui_points(width)]);
+            stream.log_static(path, &lines)?;
+        }
+    }
+    if !cloth.pins.is_empty() {
+        let pins = Points3D::update_fields()
+            .with_radii([Radius::new_ui_points(PIN_RADIUS)])
+            .with_colors([color::PIN]);
+        stream.log_static(paths.pins, &pins)?;
+    }
+    Ok(())
+}
+
+fn log_obstacle(stream: &RecordingStream, obstacle: &ObstacleHeader) -> RecordingStreamResult<()> {
+    let normals = normals::smooth(&obstacle.positions, &obstacle.triangles);
+    let mesh = Mesh3D::update_fields()
+        .with_vertex_positions(&obstacle.positions)
+        .with_triangle_indices(&obstacle.triangles)
+        .with_vertex_normals(normals)
+        .with_albedo_factor(Rgba32::from(color::OBSTACLE));
+    stream.log_static(entity::body(&obstacle.name), &mesh)
+}
+
+/// Names and colours of the series; the colours repeat only within a plot of more than eight.
+fn log_series(stream: &RecordingStream, header: &Header) -> RecordingStreamResult<()> {
+    for panel in panels::of(&header.series) {
+        for (n, series) in panel.series.iter().enumerate() {
+            let style = SeriesLines::new()
+                .with_names([series.label.as_str()])
+                .with_colors([color::SERIES[n % color::SERIES.len()]])
+                .with_widths([1.5]);
+            stream.log_static(entity::series(&series.path), &style)?;
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,177 @@
+//! Reading a scene: built-in or from a file, with changes from the command line.
+
+use super::fault::{Fault, SceneError};
+use super::schema::Scene;
+use super::{BUILTIN, builtin_scene, validate};
+use std::path::{Path, PathBuf};
+use toml::de::{DeTable, DeValue};
+
+/// A scene and where it came from.
+#[derive(Clone, Debug)]
+pub struct LoadedScene {
+    /// The scene, checked.
+    pub scene: Scene,
+    /// Its TOML as it is run.
+    pub text: String,
+    /// What messages call it.
+    pub file: String,
+    /// Folder to which its paths are relative; `None` for a built-in scene.
+    pub folder: Option<PathBuf>,
+}
+
+/// Reads the scene `name`, a built-in name or a TOML file, and sets `changes` (`key=value`) in it.
+///
+/// # Errors
+///
+/// An unknown name, an unreadable file, a fault in the TOML or in what it asks for.
+pub fn load(name: &str, changes: &[String]) -> Result<LoadedScene, SceneError> {
+    let (text, file, folder) = read(name)?;
+    let loaded = LoadedScene { scene: parse(&text, &file)?, text, file, folder };
+    if changes.is_empty() { loaded.checked() } else { loaded.changed(changes)?.checked() }
+}
+
+impl LoadedScene {
+    /// This scene, if what it asks for makes sense.
+    fn checked(self) -> Result<Self, SceneError> {
+        match validate::check(&self.scene) {
+            Ok(()) => Ok(self),
+            Err(fault) => Err(self.error(&fault)),
+        }
+    }
+
+    /// The error message of a fault, with the line of its key.
+    pub(super) fn error(&self, fault: &Fault) -> SceneError {
+        let cause = if fault.path.is_empty() { fault.cause.clone() } else { format!("{}: {}", fault.path, fault.cause) };
+        SceneError { file: self.file.clone(), line: line_of(&self.text, &fault.path), cause }
+    }
+
+    /// This scene with some keys set to other values.
+    fn changed(self, changes: &[String]) -> Result<Self, SceneError> {
+        let file = format!("{} with {}", self.file, changes.join(" "));
+        let error = |cause: String| SceneError { file: self.file.clone(), line: None, cause };
+        let mut value: toml::Value = toml::from_str(&self.text).map_err(|fault| error(fault.message().to_owned()))?;
+        for change in changes {
+            let (key, new) = change.split_once('=').ok_or_else(|| {
+                error(format!("\"{change}\" sets nothing: write --set KEY=VALUE, such as --set solver.dt=0.002"))
+            })?;
+            set(&mut value, key.trim(), literal(new.trim())).map_err(error)?;
+        }
+        let text = toml::to_string(&value).map_err(|fault| error(fault.to_string()))?;
+        let scene = parse(&text, &file).map_err(|fault| SceneError { line: None, ..fault })?;
+        Ok(Self { scene, text, file, ..self })
+    }
+}
+
+fn read(name: &str) -> Result<(String, String, Option<PathBuf>), SceneError> {
+    if let Some(text) = builtin_scene(name) {
+        return Ok((text.to_owned(), name.to_owned(), None));
+    }
+    let error = |cause: String| SceneError { file: name.to_owned(), line: None, cause };
+    let path = Path::new(name);
+    if !path.exists() && path.extension().is_none() {
+        let known: Vec<&str> = BUILTIN.iter().map(|(name, _)| *name).collect();
+        return Err(error(format!(
+            "there is no such scene; built in are {}, anything else is the path of a .toml file",
+            known.join(", ")
+        )));
+    }
+    let text = std::fs::read_to_string(path)
+        .map_err(|fault| error(format!("can't be read: {fault}; `muslin scenes` lists the built-in scenes")))?;
+    Ok((text, name.to_owned(), path.parent().map(Path::to_path_buf)))
+}
+
+fn parse(text: &str, file: &str) -> Result<Scene, SceneError> {
+    toml::from_str(text).map_err(|fault| SceneError {
+        file: file.to_owned(),
+        line: fault.span().map(|span| line_at(text, span.start)),
+        cause: fault.message().to_owned(),
+    })
+}
+
+/// The line of a byte, from 1.
+fn line_at(text: &str, byte: usize) -> usize {
+    1 + text.bytes().take(byte).filter(|&b| b == b'\n').count()
+}
+
+/// The line of the deepest part of a key path that the text has.
+fn line_of(text: &str, path: &str) -> Option<usize> {
+    let document = DeTable::parse(text).ok()?;
+    let mut line = None;
+    let mut value: Option<&DeValue<'_>> = None;
+    for part in path.split('.') {
+        let found = match value {
+            None => document.get_ref().get(part),
+            Some(DeValue::Table(table)) => table.get(part),
+            Some(DeValue::Array(array)) => part.parse::<usize>().ok().and_then(|i| array.get(i)),
+            Some(_) => None,
+        };
+        let Some(found) = found else { break };
+        line = Some(line_at(text, found.span().start));
+        value = Some(found.get_ref());
+    }
+    line
+}
+
+/// A value as TOML would read it; what isn't TOML is a string, so that names need no quotes.
+fn literal(text: &str) -> toml::Value {
+    toml::from_str::<toml::Table>(&format!("x = {text}"))
+        .ok()
+        .and_then(|mut table| table.remove("x"))
+        .unwrap_or_else(|| toml::Value::String(text.to_owned()))
+}
+
+/// Sets a dotted key; entries of arrays go by number or by their `name`.
+fn set(value: &mut toml::Value, key: &str, new: toml::Value) -> Result<(), String> {
+    let (first, rest) = key.split_once('.').map_or((key, None), |(first, rest)| (first, Some(rest)));
+    let place = match value {
+        toml::Value::Table(table) => {
+            table.entry(first).or_insert_with(|| toml::Value::Table(toml::Table::new()))
+        }
+        toml::Value::Array(array) => {
+            let named = |entry: &toml::Value| entry.get("name").and_then(toml::Value::as_str) == Some(first);
+            let index = first.parse().ok().or_else(|| array.iter().position(named));
+            let entry = index.and_then(|index: usize| array.get_mut(index));
+            entry.ok_or_else(|| format!("--set: there is no entry \"{first}\"; use its number from 0 or its name"))?
+        }
+        _ => return Err(format!("--set: \"{first}\" can't be set inside a plain value")),
+    };
+    match rest {
+        Some(rest) => set(place, rest, new),
+        None => {
+            *place = new;
+            Ok(())
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn changes_reach_entries_by_number_and_by_name() {
+        let changes = ["cloth.0.material.stretch=5", "cloth.sheet.shape.sheet.cells=[8, 9]", "name=other"];
+        let loaded = load("hanging-cloth", &changes.map(String::from)).unwrap();
+        assert!((loaded.scene.cloth[0].material.stretch - 5.0).abs() < 1e-15);
+        assert_eq!(loaded.scene.name, "other");
+        assert!(loaded.text.contains("cells = [8, 9]"), "{}", loaded.text);
+        let error = load("hanging-cloth", &["cloth.skirt.name=x".to_owned()]).unwrap_err();
+        assert!(error.to_string().contains("no entry \"skirt\""), "{error}");
+    }
+
+    #[test]
+    fn every_builtin_scene_loads() {
+        for (name, _) in BUILTIN {
+            let loaded = load(name, &[]).unwrap_or_else(|error| panic!("{error}"));
+            assert_eq!(&loaded.scene.name, name);
+        }
+    }
+
+    #[test]
+    fn lines_of_keys() {
+        let text = "a = 1\n[[b]]\nc = 2\n[[b]]\nc = 3\n[b.d]\ne = 4\n";
+        assert_eq!(line_of(text, "b.1.c"), Some(5));
+        assert_eq!(line_of(text, "b.1.d.e"), Some(7));
+        assert_eq!(line_of(text, "missing"), None);
+    }
+}

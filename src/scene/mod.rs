@@ -1,0 +1,24 @@
+//! Scenes: what a user asks for, and how it becomes a model.
+//!
+//! A scene is TOML in SI units, y up, right-handed. [`load`] reads and checks one, [`build`] makes
+//! the [`Model`](crate::model::Model) and the first [`State`](crate::state::State) from it.
+
+mod build;
+mod builtin;
+mod doctor;
+mod fault;
+mod load;
+mod place;
+mod schema;
+mod stiffness;
+mod validate;
+
+pub use build::{Built, build};
+pub use builtin::{BUILTIN, builtin_mesh, builtin_scene};
+pub use doctor::model_list;
+pub use fault::SceneError;
+pub use load::{LoadedScene, load};
+pub use schema::{
+    ChainShape, Cloth, Damping, IntegratorName, Material, ObjShape, Obstacle, ObstacleShape, Pin, Record, Scene,
+    Select, Shape, SheetShape, Solver, SpringDetailName, SpringKind, StrainLimit,
+};

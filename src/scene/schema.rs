@@ -1,0 +1,286 @@
+//! The scene format. Every key is here; an unknown one is an error.
+
+use crate::mesh::{Diagonals, EdgeName, Opening};
+use serde::{Deserialize, Serialize};
+
+/// A scene.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Scene {
+    /// Its name; the recording is called after it.
+    pub name: String,
+    /// Simulated time (s).
+    pub duration: f64,
+    /// Acceleration of gravity (m/s²).
+    #[serde(default = "earth")]
+    pub gravity: [f64; 3],
+    /// The cloths.
+    #[serde(default)]
+    pub cloth: Vec<Cloth>,
+    /// What holds them.
+    #[serde(default)]
+    pub pin: Vec<Pin>,
+    /// What they collide with.
+    #[serde(default)]
+    pub obstacle: Vec<Obstacle>,
+    /// Upper bound on strain.
+    pub strain_limit: Option<StrainLimit>,
+    /// How the motion is computed.
+    #[serde(default)]
+    pub solver: Solver,
+    /// What is recorded.
+    #[serde(default)]
+    pub record: Record,
+}
+
+/// A cloth or a chain.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Cloth {
+    /// Its name, unique in the scene.
+    pub name: String,
+    /// Its shape at rest.
+    pub shape: Shape,
+    /// Where its centre is put (m).
+    #[serde(default)]
+    pub translate: [f64; 3],
+    /// How it is turned: degrees about x, then y, then z, before it is moved.
+    #[serde(default)]
+    pub rotate: [f64; 3],
+    /// Its kinds of springs.
+    #[serde(default = "structural_and_shear")]
+    pub springs: Vec<SpringKind>,
+    /// What it is made of.
+    pub material: Material,
+    /// What slows it down.
+    #[serde(default)]
+    pub damping: Damping,
+}
+
+/// The shape of a cloth at rest.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Shape {
+    /// A rectangle in the xz plane.
+    Sheet(SheetShape),
+    /// Particles in a row along +x.
+    Chain(ChainShape),
+}
+
+/// A rectangle in the xz plane.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct SheetShape {
+    /// Width along x and z (m).
+    pub size: [f64; 2],
+    /// Number of cells along x and z.
+    pub cells: [u32; 2],
+    /// Diagonals of the cells.
+    #[serde(default)]
+    pub diagonals: Diagonals,
+    /// A round hole.
+    pub opening: Option<Opening>,
+}
+
+/// Particles in a row along +x.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct ChainShape {
+    /// Its length (m).
+    pub length: f64,
+    /// Number of its links.
+    pub links: u32,
+}
+
+/// A family of springs (Provot 1995).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum SpringKind {
+    /// Along the weave.
+    Structural,
+    /// Along the diagonals.
+    Shear,
+    /// Between second neighbours.
+    Bend,
+}
+
+/// What a cloth is made of, independent of its mesh.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Material {
+    /// Mass by area (kg/m²), for sheets.
+    pub area_density: Option<f64>,
+    /// Mass by length (kg/m), for chains.
+    pub linear_density: Option<f64>,
+    /// In-plane modulus E·h of a sheet (N/m); axial stiffness E·A of a chain (N).
+    pub stretch: f64,
+    /// Plate rigidity D of a sheet (N·m); bending stiffness E·I of a chain (N·m²).
+    pub bend: Option<f64>,
+}
+
+/// What slows a cloth down.
+#[derive(Clone, Debug, Default, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Damping {
+    /// c in f = −c m v (1/s): drag on all motion.
+    #[serde(default)]
+    pub mass: f64,
+    /// τ in f = −τ k d̂ (d̂·Δv) (s): only on change of length.
+    #[serde(default)]
+    pub stiffness: f64,
+}
+
+/// Particles that are held.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Pin {
+    /// Name of the cloth.
+    pub cloth: String,
+    /// Which of its particles.
+    pub select: Select,
+}
+
+/// A choice of particles of a cloth.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Select {
+    /// A whole edge of a sheet.
+    Edge(EdgeName),
+    /// Corners of a sheet (`left-near`, …) or ends of a chain (`left`, `right`).
+    Corner(Vec<String>),
+    /// Particles by number.
+    Vertices(Vec<u32>),
+    /// Particles between two corners of a box in the world (m), as placed at the start.
+    Box([[f64; 3]; 2]),
+}
+
+/// A body that cloth collides with.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Obstacle {
+    /// Its name, unique in the scene.
+    pub name: String,
+    /// Its shape.
+    pub shape: ObstacleShape,
+    /// Where its origin is put (m).
+    #[serde(default)]
+    pub translate: [f64; 3],
+    /// How it is turned: degrees about x, then y, then z, before it is moved.
+    #[serde(default)]
+    pub rotate: [f64; 3],
+    /// Coulomb's friction coefficient μ.
+    #[serde(default = "friction")]
+    pub friction: f64,
+    /// Distance that cloth keeps from its surface (m).
+    #[serde(default = "thickness")]
+    pub thickness: f64,
+}
+
+/// The shape of an obstacle.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ObstacleShape {
+    /// A closed triangle mesh.
+    Obj(ObjShape),
+}
+
+/// A triangle mesh in an OBJ file.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct ObjShape {
+    /// The file, relative to the scene's.
+    pub path: String,
+    /// Factor on its coordinates.
+    #[serde(default = "one")]
+    pub scale: f64,
+}
+
+/// Upper bound on strain (Provot 1995).
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct StrainLimit {
+    /// Largest ε = ℓ/ℓ₀ − 1 of structural and shear springs.
+    pub max: f64,
+}
+
+/// How the motion is computed. None of these changes the material.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Solver {
+    /// The scheme.
+    pub integrator: IntegratorName,
+    /// Time step (s).
+    pub dt: f64,
+    /// Residual at which a linear solve ends, relative to its start.
+    pub linear_tolerance: f64,
+}
+
+/// A scheme's name.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum IntegratorName {
+    /// Explicit, cheap, stable below a largest step.
+    SymplecticEuler,
+    /// One linearised solve a step, stable at any.
+    #[default]
+    ImplicitEuler,
+}
+
+/// What is recorded.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Record {
+    /// Frames in a simulated second.
+    pub fps: f64,
+    /// Which springs are drawn.
+    pub springs: SpringDetailName,
+    /// Strain at the ends of the colour map.
+    pub strain_range: f64,
+    /// Simulated time between checkpoints (s); there is always one at the end.
+    pub checkpoint: f64,
+}
+
+/// Which springs are drawn.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum SpringDetailName {
+    /// None.
+    Off,
+    /// Every one.
+    All,
+    /// Every one below a few thousand, the most strained beyond.
+    #[default]
+    Auto,
+}
+
+impl Default for Solver {
+    fn default() -> Self {
+        Self { integrator: IntegratorName::default(), dt: 0.004, linear_tolerance: 1e-4 }
+    }
+}
+
+impl Default for Record {
+    fn default() -> Self {
+        Self { fps: 60.0, springs: SpringDetailName::default(), strain_range: 0.05, checkpoint: 1.0 }
+    }
+}
+
+fn earth() -> [f64; 3] {
+    [0.0, -9.81, 0.0]
+}
+
+fn structural_and_shear() -> Vec<SpringKind> {
+    vec![SpringKind::Structural, SpringKind::Shear]
+}
+
+fn friction() -> f64 {
+    0.4
+}
+
+fn thickness() -> f64 {
+    0.003
+}
+
+fn one() -> f64 {
+    1.0
+}

@@ -1,0 +1,113 @@
+//! Noticing that a run has lost its sense, and saying why.
+
+use super::{Simulation, stable_step};
+use crate::force::Spring;
+use std::fmt;
+
+/// Why a run can't go on.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Diverged {
+    /// The step that failed, from 1.
+    pub step: u64,
+    /// Simulated time at its end (s).
+    pub time: f64,
+    /// What was noticed.
+    pub sign: Sign,
+    /// Name of the cloth, and the particle in it.
+    pub particle: (String, usize),
+    /// The most strained spring: family, particles in the cloth, strain.
+    pub spring: Option<(&'static str, [usize; 2], f64)>,
+    /// The step (s).
+    pub dt: f64,
+    /// Largest stable step of symplectic Euler at the last good state (s).
+    pub stable_dt: f64,
+    /// Whether the scheme is explicit, so that the limit binds it.
+    pub explicit: bool,
+}
+
+/// What gave a divergence away.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Sign {
+    /// A position or velocity is not a number or infinite.
+    NotFinite,
+    /// A spring is stretched beyond [`SENSELESS_STRAIN`].
+    Stretched,
+}
+
+/// A strain that no cloth has: threefold length. Where springs of one cell are that long in the
+/// middle of a step, forces are off by orders of magnitude, and strain limiting would hide it.
+pub const SENSELESS_STRAIN: f64 = 2.0;
+
+impl fmt::Display for Diverged {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (cloth, particle) = &self.particle;
+        let sign = match self.sign {
+            Sign::NotFinite => "is no longer finite",
+            Sign::Stretched => "is torn away",
+        };
+        write!(f, "diverged in step {} at t = {:.6} s: particle {particle} of \"{cloth}\" {sign}", self.step, self.time)?;
+        if let Some((family, [i, j], strain)) = self.spring {
+            write!(f, "; the {family} spring between particles {i} and {j} has strain {strain:.3e}")?;
+        }
+        write!(f, "; the step is {:.3e} s, the stable step of symplectic-euler {:.3e} s", self.dt, self.stable_dt)?;
+        if self.explicit && self.dt > self.stable_dt {
+            write!(f, "; use --dt {:.1e} or less, or --integrator implicit-euler", 0.9 * self.stable_dt)
+        } else {
+            write!(f, "; use a smaller --dt, or look at the scene: pins that are too far apart, an obstacle's mesh")
+        }
+    }
+}
+
+impl std::error::Error for Diverged {}
+
+impl Simulation {
+    /// Looks at strains before limiting, which would hide a senseless one.
+    pub(super) fn check_sense(&mut self) -> Result<(), Diverged> {
+        let worst = self.most_strained().filter(|(_, _, strain)| !(*strain <= SENSELESS_STRAIN));
+        match worst {
+            // Whatever already was so long before the step is the scene's own doing.
+            Some((_, spring, strain)) if strain > 1.5 * spring.strain(&self.before.positions) => {
+                Err(self.diverged(Sign::Stretched))
+            }
+            Some((_, _, strain)) if strain.is_nan() => Err(self.diverged(Sign::NotFinite)),
+            _ => self.check_finite(),
+        }
+    }
+
+    pub(super) fn check_finite(&mut self) -> Result<(), Diverged> {
+        if self.state.first_non_finite().is_some() { Err(self.diverged(Sign::NotFinite)) } else { Ok(()) }
+    }
+
+    /// Family, spring and strain of the most strained spring of the weave; NaN counts as most.
+    fn most_strained(&self) -> Option<(&'static str, Spring, f64)> {
+        let springs = self.model.weave().flat_map(|batch| batch.springs.iter().map(|spring| (batch.family, *spring)));
+        springs
+            .map(|(family, spring)| (family, spring, spring.strain(&self.state.positions)))
+            .max_by(|a, b| a.2.abs().total_cmp(&b.2.abs()))
+    }
+
+    /// Explains the state and goes back to the last good one.
+    fn diverged(&mut self, sign: Sign) -> Diverged {
+        let worst = self.most_strained();
+        let particle = self
+            .state
+            .first_non_finite()
+            .or(worst.map(|(_, spring, _)| spring.ends[0] as usize))
+            .unwrap_or_default();
+        let (step, time) = (self.stats.steps, self.state.time);
+        self.state.copy_from(&self.before);
+        self.stats.steps -= 1;
+        let place = |particle: usize| self.model.place(particle);
+        let (cloth, number) = place(particle);
+        Diverged {
+            step,
+            time,
+            sign,
+            particle: (cloth.to_owned(), number),
+            spring: worst.map(|(family, spring, strain)| (family, spring.ends.map(|end| place(end as usize).1), strain)),
+            dt: self.dt,
+            stable_dt: stable_step(&self.model, &self.state).dt,
+            explicit: matches!(self.integrator, crate::integrator::Integrator::SymplecticEuler),
+        }
+    }
+}

@@ -1,0 +1,211 @@
+//! One step as named stages, and what is measured on the way.
+
+mod divergence;
+mod stability;
+mod stats;
+
+pub use divergence::Diverged;
+pub use stability::{StableStep, stable_step};
+pub use stats::{Stage, StageTimes, Stats};
+
+use crate::collision::{Contacts, Detection, respond};
+use crate::energy::Ledger;
+use crate::integrator::{Integrator, Scheme};
+use crate::linear::Solve;
+use crate::model::Model;
+use crate::state::State;
+use crate::strain_limit::Limited;
+use glam::DVec3;
+
+/// A model, its state, and the scheme that moves it.
+#[derive(Debug)]
+pub struct Simulation {
+    model: Model,
+    state: State,
+    /// The state before the current step: where a run that diverges is taken back to.
+    before: State,
+    integrator: Integrator,
+    scheme: Scheme,
+    dt: f64,
+    contacts: Contacts,
+    detection: Detection,
+    ledger: Ledger,
+    stats: Stats,
+    /// Positions before strain limiting (m), scratch.
+    unlimited: Vec<DVec3>,
+}
+
+/// What a step did.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct StepStats {
+    /// The linear solve.
+    pub solve: Solve,
+    /// Strain limiting.
+    pub limited: Limited,
+    /// Largest strain of structural and shear springs at the end.
+    pub strain: f64,
+    /// Deepest particle below an obstacle's surface at the end (m).
+    pub depth: f64,
+}
+
+/// Rounds of strain limiting and contact in a step: each undoes a little of the other. Steps of
+/// `drape` need one or two.
+const MAX_ROUNDS: u32 = 12;
+
+impl Simulation {
+    /// A simulation at its first state. `dt` is the step (s).
+    pub fn new(model: Model, state: State, integrator: Integrator, dt: f64) -> Self {
+        let particles = model.particles();
+        Self {
+            before: state.clone(),
+            scheme: integrator.scheme(&model),
+            contacts: Contacts::none(particles),
+            detection: Detection::new(&model.obstacles, particles),
+            ledger: Ledger::open(&model, &state),
+            stats: Stats::default(),
+            unlimited: if model.strain_limit.is_some() { state.positions.clone() } else { Vec::new() },
+            integrator,
+            dt,
+            model,
+            state,
+        }
+    }
+
+    /// Does one step.
+    ///
+    /// # Errors
+    ///
+    /// When the state is no longer finite or stretched beyond sense. The state is then the last
+    /// good one.
+    pub fn step(&mut self) -> Result<StepStats, Diverged> {
+        self.before.copy_from(&self.state);
+        let solve = self.integrate();
+        self.check_sense()?;
+        let limited = self.limit_strain_and_contact();
+        let strain = self.measure_strain();
+        let step = StepStats { solve, limited, strain, depth: self.contacts.deepest() };
+        self.check_finite()?;
+        self.book(&step);
+        Ok(step)
+    }
+
+    fn integrate(&mut self) -> Solve {
+        let Self { scheme, model, contacts, dt, state, stats, .. } = self;
+        let solve = stats.times.time(Stage::Integrate, || scheme.advance(model, contacts, *dt, state));
+        let steps = stats.steps + 1;
+        // n dt, not a sum of dt: after a million steps a sum is off by 1e-10 s.
+        #[expect(clippy::cast_precision_loss, reason = "steps stay far below 2⁵³")]
+        let time = steps as f64 * *dt;
+        state.time = time;
+        stats.steps = steps;
+        solve
+    }
+
+    /// Repeats strain limiting and contact until neither moves anything.
+    fn limit_strain_and_contact(&mut self) -> Limited {
+        let mut first = None;
+        for _ in 0..MAX_ROUNDS {
+            let limited = self.limit_strain();
+            first.get_or_insert(limited);
+            self.detect_contacts();
+            if self.respond() == 0 {
+                return Limited { after: limited.after, ..first.unwrap_or_default() };
+            }
+        }
+        self.detect_contacts();
+        first.unwrap_or_default()
+    }
+
+    /// Shortens what is stretched too far; the way moved becomes velocity.
+    fn limit_strain(&mut self) -> Limited {
+        let Self { model, state, unlimited, dt, stats, .. } = self;
+        let Some(limit) = &model.strain_limit else { return Limited::default() };
+        stats.times.time(Stage::LimitStrain, || {
+            unlimited.copy_from_slice(&state.positions);
+            let limited = limit.apply(&mut state.positions, &model.inverse_masses);
+            if limited.passes > 0 {
+                for i in 0..unlimited.len() {
+                    state.velocities[i] += (state.positions[i] - unlimited[i]) / *dt;
+                }
+            }
+            limited
+        })
+    }
+
+    fn detect_contacts(&mut self) {
+        let Self { model, state, contacts, detection, stats, .. } = self;
+        if !model.obstacles.is_empty() {
+            stats.times.time(Stage::DetectContacts, || {
+                detection.find(&model.obstacles, &state.positions, contacts);
+            });
+        }
+    }
+
+    fn respond(&mut self) -> usize {
+        let Self { model, state, contacts, stats, .. } = self;
+        stats.times.time(Stage::Respond, || respond(contacts, &model.masses, &model.inverse_masses, state).moved)
+    }
+
+    /// Largest strain of the springs that stand for the weave; 0 without springs.
+    fn measure_strain(&mut self) -> f64 {
+        let Self { model, state, stats, .. } = self;
+        stats.times.time(Stage::Measure, || largest_strain(model, &state.positions))
+    }
+
+    fn book(&mut self, step: &StepStats) {
+        let Self { model, state, ledger, stats, dt, .. } = self;
+        stats.times.time(Stage::Measure, || ledger.book(model, state, *dt));
+        stats.strain = step.strain;
+        stats.strain_ever = stats.strain_ever.max(step.strain);
+        stats.depth = step.depth;
+        stats.depth_ever = stats.depth_ever.max(step.depth);
+        stats.solve = step.solve;
+        stats.iterations += u64::from(step.solve.iterations);
+        stats.unsolved += u64::from(!step.solve.converged);
+        stats.limit_passes += u64::from(step.limited.passes);
+    }
+
+    /// What is fixed.
+    pub fn model(&self) -> &Model {
+        &self.model
+    }
+
+    /// What moves.
+    pub fn state(&self) -> &State {
+        &self.state
+    }
+
+    /// The contacts of the state.
+    pub fn contacts(&self) -> &Contacts {
+        &self.contacts
+    }
+
+    /// The energy ledger.
+    pub fn ledger(&self) -> &Ledger {
+        &self.ledger
+    }
+
+    /// Sums and extremes since the start.
+    pub fn stats(&self) -> &Stats {
+        &self.stats
+    }
+
+    /// The scheme.
+    pub fn integrator(&self) -> Integrator {
+        self.integrator
+    }
+
+    /// The step (s).
+    pub fn dt(&self) -> f64 {
+        self.dt
+    }
+}
+
+/// Largest strain of structural and shear springs; 0 when there are none.
+fn largest_strain(model: &Model, positions: &[DVec3]) -> f64 {
+    let springs = model.weave().flat_map(|batch| &batch.springs);
+    let stretch_squared = springs
+        .map(|spring| spring.span(positions).length_squared() / (spring.rest_length * spring.rest_length))
+        .fold(None, |most: Option<f64>, x| Some(most.map_or(x, |most| most.max(x))));
+    stretch_squared.map_or(0.0, |x| x.sqrt() - 1.0)
+}

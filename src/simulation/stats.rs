@@ -1,0 +1,81 @@
+//! Sums and extremes of a run, and where its time went.
+
+use crate::linear::Solve;
+use std::time::{Duration, Instant};
+
+/// What is known of a run besides its state.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Stats {
+    /// Steps done.
+    pub steps: u64,
+    /// Largest strain now.
+    pub strain: f64,
+    /// Largest strain of any step.
+    pub strain_ever: f64,
+    /// Deepest particle below an obstacle's surface now (m).
+    pub depth: f64,
+    /// The same over all steps (m).
+    pub depth_ever: f64,
+    /// The last linear solve.
+    pub solve: Solve,
+    /// Iterations of all linear solves.
+    pub iterations: u64,
+    /// Solves that ended before their tolerance.
+    pub unsolved: u64,
+    /// Passes of strain limiting.
+    pub limit_passes: u64,
+    /// Where the time went.
+    pub times: StageTimes,
+}
+
+/// A stage of the step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stage {
+    /// Forces and the scheme's solve.
+    Integrate,
+    /// Strain limiting.
+    LimitStrain,
+    /// Finding contacts.
+    DetectContacts,
+    /// Answering them.
+    Respond,
+    /// Strain and dissipated power.
+    Measure,
+}
+
+impl Stage {
+    /// Every stage with its name in reports.
+    pub const ALL: [(Self, &'static str); 5] = [
+        (Self::Integrate, "integrate"),
+        (Self::LimitStrain, "limit_strain"),
+        (Self::DetectContacts, "detect_contacts"),
+        (Self::Respond, "respond"),
+        (Self::Measure, "measure"),
+    ];
+}
+
+/// Wall time of each stage since the start.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct StageTimes {
+    spent: [Duration; Stage::ALL.len()],
+}
+
+impl StageTimes {
+    /// Runs a piece of a stage and adds its time.
+    pub fn time<T>(&mut self, stage: Stage, run: impl FnOnce() -> T) -> T {
+        let start = Instant::now();
+        let result = run();
+        self.spent[stage as usize] += start.elapsed();
+        result
+    }
+
+    /// Time spent in a stage.
+    pub fn of(&self, stage: Stage) -> Duration {
+        self.spent[stage as usize]
+    }
+
+    /// Time spent in all stages.
+    pub fn total(&self) -> Duration {
+        self.spent.iter().sum()
+    }
+}
