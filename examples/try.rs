@@ -16,7 +16,10 @@ fn main() {
     let n = (loaded.scene.duration / dt - 1e-9).ceil() as u64;
     let t0 = std::time::Instant::now();
     for k in 0..n { 
+        let c0 = sim.stats().strain_ever;
         if let Err(e) = sim.step() { println!("{e}"); break; }
+        if sim.stats().strain > 0.101 && (sim.stats().strain > c0*1.0 || k % 100 == 0) || sim.stats().depth > 1e-3 && k % 20 == 0 { for c in &sim.contacts().list { if c.distance < 0.0 { println!("k {k} particle {} at {:.3} dist {:.5} n {:.3} v {:.3}", c.particle, sim.state().positions[c.particle], c.distance, c.normal, sim.state().velocities[c.particle]); } }
+          for b in sim.model().weave() { for sp in &b.springs { let st = sp.strain(&sim.state().positions); if st > 0.101 { println!("k {k} {} {:?} strain {st:.3} at {:.3} {:.3}", b.family, sp.ends, sim.state().positions[sp.ends[0] as usize], sim.state().positions[sp.ends[1] as usize]); } } } }
         if (k+1) % (n/20).max(1) == 0 { let e = energy::Energies::of(sim.model(), sim.state()); let st = sim.stats();
           let miny = sim.state().positions.iter().map(|p| p.y).fold(9.0, f64::min);
           println!("t {:.3} ke {:.5} pe {:.4} el {:.4?} strain {:.4} ever {:.4} depth {:.2e} ever {:.2e} it/step {:.1} unsolved {} passes {} contacts {} miny {:.5}", sim.state().time, e.kinetic, e.gravitational, e.elastic.iter().map(|x| x.1).sum::<f64>(), st.strain, st.strain_ever, st.depth, st.depth_ever, st.iterations as f64/st.steps as f64, st.unsolved, st.limit_passes, sim.contacts().list.len(), miny); }

@@ -1,7 +1,12 @@
 //! What is recorded: owned `f32` snapshots that refer to nothing, so that they can cross threads.
 //!
 //! A [`Header`] says once what stays the same during a run; a [`Frame`] says what moved.
-//! From here on everything is `f32`, except for times, energies and the checkpoint.
+//! From here on everything is `f32`, except for times, energies and the checkpoint. [`Capture`] takes
+//! frames from a simulation.
+
+mod capture;
+
+pub use capture::{Capture, mean_strain};
 
 /// What stays the same in every frame of a run; recorded once, before the first frame.
 #[derive(Clone, Debug, Default)]

@@ -1,13 +1,17 @@
 //! wip
-pub mod mesh;
-pub mod linear;
-pub mod state;
-pub mod force;
-pub mod strain_limit;
+pub mod cli;
 pub mod collision;
-pub mod model;
-pub mod scene;
-pub mod integrator;
 pub mod energy;
-pub mod simulation;
+pub mod export;
+pub mod force;
 pub mod frame;
+pub mod integrator;
+pub mod linear;
+pub mod mesh;
+pub mod model;
+pub mod pipeline;
+pub mod recorder;
+pub mod scene;
+pub mod simulation;
+pub mod state;
+pub mod strain_limit;

@@ -1,1 +1,5 @@
-fn main(){}
+//! The `muslin` program; everything is in the library.
+
+fn main() -> std::process::ExitCode {
+    muslin::cli::main()
+}

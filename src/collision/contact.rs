@@ -1,5 +1,6 @@
 //! Contacts and what is remembered of them from step to step.
 
+use crate::strain_limit::Wall;
 use glam::DVec3;
 
 /// A particle at an obstacle.
@@ -7,7 +8,9 @@ use glam::DVec3;
 pub struct Contact {
     /// The particle.
     pub particle: usize,
-    /// Unit normal of the obstacle, pointing away from it.
+    /// Where it was found (m): its position, or the place where its way met the surface.
+    pub at: DVec3,
+    /// Unit normal of the obstacle there, pointing away from it.
     pub normal: DVec3,
     /// Distance from the place where contact begins, one thickness above the surface (m); negative
     /// when the particle is closer.
@@ -16,6 +19,13 @@ pub struct Contact {
     pub distance: f64,
     /// Coulomb's friction coefficient μ.
     pub friction: f64,
+}
+
+impl Contact {
+    /// The half space outside the obstacle's tangent plane.
+    pub fn wall(&self) -> Wall {
+        Wall { normal: self.normal, offset: self.normal.dot(self.at) - self.distance }
+    }
 }
 
 /// How a particle is held by an obstacle, as the last step found it.

@@ -12,4 +12,4 @@ mod response;
 pub use contact::{Contact, Contacts, Grip};
 pub use detection::Detection;
 pub use obstacle::Obstacle;
-pub use response::{Response, respond};
+pub use response::{Masses, respond};

@@ -9,7 +9,7 @@
 
 use super::constraint::{Constraint, closing_velocity, constrain, pressed, regrip};
 use crate::collision::Contacts;
-use crate::linear::{Assembly, PairMatrix, ConjugateGradient, Limits, Solve};
+use crate::linear::{Assembly, PairMatrix, ConjugateGradient, Limits, Solve, System};
 use crate::model::{Cloth, Model};
 use crate::state::State;
 use glam::{DMat3, DVec3};
@@ -118,7 +118,8 @@ impl ImplicitEuler {
         // The scale below which residuals don't matter: the impulse of one step's free fall.
         let floor = dt * g * mass.sqrt();
         let limits = Limits { tolerance: self.linear_tolerance, floor, max_iterations: MAX_ITERATIONS };
-        let solve = self.solver.solve(&self.matrix, &self.inverse, &self.impulses, &mut state.velocities, limits);
+        let system = System { matrix: &self.matrix, inverse: &self.inverse, b: &self.impulses };
+        let solve = self.solver.solve(system, &mut state.velocities, limits);
         self.balance_momentum(model, dt, state);
         solve
     }

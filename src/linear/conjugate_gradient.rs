@@ -4,11 +4,12 @@
 //! constrained direction has no entry in the preconditioner: search directions never leave the
 //! space that the constraints allow, so that no separate filter is needed.
 
-use super::{PairMatrix, CHUNK};
+use super::team::{Barrier, Sums};
+use super::{CHUNK, PairMatrix};
 use glam::{DMat3, DVec3};
-use rayon::prelude::*;
+use std::sync::{Mutex, MutexGuard, PoisonError, RwLock};
 
-/// Work arrays of the solver; one entry a particle unless it says otherwise.
+/// Work arrays of the solver; one entry a particle.
 #[derive(Clone, Debug, Default)]
 pub struct ConjugateGradient {
     /// Residual b − A x; after a solve, what the constraints have to supply.
@@ -19,8 +20,6 @@ pub struct ConjugateGradient {
     p: Vec<DVec3>,
     /// A p.
     q: Vec<DVec3>,
-    /// Partial sum of each chunk.
-    sums: Vec<f64>,
 }
 
 /// How a solve went.
@@ -34,104 +33,6 @@ pub struct Solve {
     pub converged: bool,
 }
 
-impl ConjugateGradient {
-    /// Work arrays for `rows` block rows.
-    pub fn new(rows: usize) -> Self {
-        let zero = vec![DVec3::ZERO; rows];
-        Self {
-            residual: zero.clone(),
-            z: zero.clone(),
-            p: zero.clone(),
-            q: zero,
-            sums: vec![0.0; rows.div_ceil(CHUNK)],
-        }
-    }
-
-    /// Solves A x = b from the guess in `x`, until √(rᵀ P r) ≤ `tolerance` · max(√(r₀ᵀ P r₀), `floor`).
-    ///
-    /// `inverse` holds the preconditioner's 3 × 3 blocks P: the inverse of A's diagonal block on
-    /// free directions, nothing on constrained ones, along which `x` keeps its guess.
-    pub fn solve(
-        &mut self,
-        matrix: &PairMatrix,
-        inverse: &[DMat3],
-        b: &[DVec3],
-        x: &mut [DVec3],
-        limits: Limits,
-    ) -> Solve {
-        matrix.multiply(x, &mut self.q);
-        let mut rz = self.start(inverse, b);
-        let reference = rz.max(limits.floor * limits.floor);
-        let goal = limits.tolerance * limits.tolerance * reference;
-        let mut iterations = 0;
-        while rz > goal && iterations < limits.max_iterations {
-            let pq = self.multiply_and_dot(matrix);
-            if pq <= 0.0 {
-                break; // rounding, or a matrix that is not positive definite: report what there is
-            }
-            let previous = rz;
-            rz = self.descend(inverse, x, rz / pq);
-            self.turn(rz / previous);
-            iterations += 1;
-        }
-        let residual = if reference > 0.0 { (rz / reference).sqrt() } else { 0.0 };
-        Solve { iterations, residual, converged: rz <= goal }
-    }
-
-    /// r = b − A x, z = P r, p = z; returns r · z.
-    fn start(&mut self, inverse: &[DMat3], b: &[DVec3]) -> f64 {
-        let Self { residual, z, p, q, .. } = self;
-        let mut sum = 0.0;
-        for i in 0..b.len() {
-            residual[i] = b[i] - q[i];
-            z[i] = inverse[i] * residual[i];
-            p[i] = z[i];
-            sum += residual[i].dot(z[i]);
-        }
-        sum
-    }
-
-    /// q = A p; returns p · q.
-    fn multiply_and_dot(&mut self, matrix: &PairMatrix) -> f64 {
-        let Self { p, q, sums, .. } = self;
-        let p = &*p;
-        let chunk = |(chunk, (q, sum)): (usize, (&mut [DVec3], &mut f64))| {
-            matrix.multiply_chunk(chunk, p, q);
-            *sum = dot(&p[chunk * CHUNK..chunk * CHUNK + q.len()], q);
-        };
-        if q.len() <= CHUNK {
-            q.chunks_mut(CHUNK).zip(sums.iter_mut()).enumerate().for_each(chunk);
-        } else {
-            q.par_chunks_mut(CHUNK).zip(sums.par_iter_mut()).enumerate().for_each(chunk);
-        }
-        sums.iter().sum()
-    }
-
-    /// x += α p, r −= α q, z = P r; returns r · z.
-    fn descend(&mut self, inverse: &[DMat3], x: &mut [DVec3], alpha: f64) -> f64 {
-        let Self { residual, z, p, q, .. } = self;
-        let mut total = 0.0;
-        for first in (0..x.len()).step_by(CHUNK) {
-            let mut sum = 0.0;
-            for i in first..(first + CHUNK).min(x.len()) {
-                x[i] += p[i] * alpha;
-                residual[i] -= q[i] * alpha;
-                z[i] = inverse[i] * residual[i];
-                sum += residual[i].dot(z[i]);
-            }
-            total += sum;
-        }
-        total
-    }
-
-    /// p = z + β p.
-    fn turn(&mut self, beta: f64) {
-        for (p, &z) in self.p.iter_mut().zip(&self.z) {
-            *p = z + *p * beta;
-        }
-    }
-}
-
 /// When a solve ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limits {
@@ -143,6 +44,213 @@ pub struct Limits {
     pub max_iterations: u32,
 }
 
-fn dot(a: &[DVec3], b: &[DVec3]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a.dot(*b)).sum()
+/// A x = b with the preconditioner's 3 × 3 blocks.
+#[derive(Clone, Copy, Debug)]
+pub struct System<'a> {
+    /// A.
+    pub matrix: &'a PairMatrix,
+    /// The inverse of A's diagonal block on free directions, nothing on constrained ones.
+    pub inverse: &'a [DMat3],
+    /// The right hand side.
+    pub b: &'a [DVec3],
+}
+
+impl ConjugateGradient {
+    /// Work arrays for `rows` block rows.
+    pub fn new(rows: usize) -> Self {
+        let zero = vec![DVec3::ZERO; rows];
+        Self { residual: zero.clone(), z: zero.clone(), p: zero.clone(), q: zero }
+    }
+
+    /// Solves A x = b from the guess in `x`, until √(rᵀ P r) ≤ `tolerance` · max(√(r₀ᵀ P r₀), `floor`).
+    ///
+    /// Along constrained directions `x` keeps its guess. Runs on all threads of the pool it is
+    /// called in; the result doesn't depend on their number.
+    pub fn solve(&mut self, system: System<'_>, x: &mut [DVec3], limits: Limits) -> Solve {
+        self.p.copy_from_slice(x);
+        let chunks = x.len().div_ceil(CHUNK);
+        let threads = rayon::current_num_threads().min(chunks).max(1);
+        let Self { residual, z, p, q } = self;
+        let mut parts = residual.chunks_mut(CHUNK).zip(z.chunks_mut(CHUNK)).zip(q.chunks_mut(CHUNK));
+        let lane = |x| {
+            let ((residual, z), q) = parts.next().unwrap_or_default();
+            Mutex::new(Lane { x, residual, z, q })
+        };
+        let shared = Shared {
+            system,
+            limits,
+            lanes: x.chunks_mut(CHUNK).map(lane).collect(),
+            directions: p.chunks_mut(CHUNK).map(RwLock::new).collect(),
+            barrier: Barrier::new(threads),
+            curvature: Sums::new(chunks),
+            norm: Sums::new(chunks),
+        };
+        if threads == 1 {
+            return shared.run(0, 1);
+        }
+        let solves = rayon::broadcast(|thread| {
+            (thread.index() < threads).then(|| shared.run(thread.index(), threads))
+        });
+        solves.into_iter().flatten().next().unwrap_or_default()
+    }
+}
+
+/// The rows of one chunk, worked on by one thread.
+struct Lane<'a> {
+    x: &'a mut [DVec3],
+    residual: &'a mut [DVec3],
+    z: &'a mut [DVec3],
+    q: &'a mut [DVec3],
+}
+
+/// What the threads of a solve share.
+struct Shared<'a> {
+    system: System<'a>,
+    limits: Limits,
+    lanes: Vec<Mutex<Lane<'a>>>,
+    /// Search direction, by chunk: written by its own thread, read by all in another phase.
+    directions: Vec<RwLock<&'a mut [DVec3]>>,
+    barrier: Barrier,
+    /// p · A p by chunk.
+    curvature: Sums,
+    /// r · P r by chunk.
+    norm: Sums,
+}
+
+type OwnLanes<'s, 'a> = Vec<(usize, MutexGuard<'s, Lane<'a>>)>;
+
+impl<'a> Shared<'a> {
+    /// The whole solve, as one of `threads` threads goes through it.
+    fn run(&self, thread: usize, threads: usize) -> Solve {
+        let lock = |chunk: usize| (chunk, self.lanes[chunk].lock().unwrap_or_else(PoisonError::into_inner));
+        let mut own: OwnLanes<'_, 'a> = (thread..self.lanes.len()).step_by(threads).map(lock).collect();
+        let mut norm = self.start(&mut own);
+        let reference = norm.max(self.limits.floor * self.limits.floor);
+        let goal = self.limits.tolerance * self.limits.tolerance * reference;
+        let mut iterations = 0;
+        while norm > goal && iterations < self.limits.max_iterations {
+            let curvature = self.multiply(&mut own);
+            if curvature <= 0.0 {
+                break; // rounding, or a matrix that is not positive definite: report what there is
+            }
+            let previous = norm;
+            norm = self.descend(&mut own, norm / curvature);
+            self.turn(&own, norm / previous);
+            iterations += 1;
+        }
+        let residual = if reference > 0.0 { (norm / reference).sqrt() } else { 0.0 };
+        Solve { iterations, residual, converged: norm <= goal }
+    }
+
+    /// r = b − A x, z = P r, p = z; returns r · z. The directions hold x at first.
+    fn start(&self, own: &mut OwnLanes<'_, 'a>) -> f64 {
+        self.multiply(own);
+        for (chunk, lane) in own.iter_mut() {
+            let Lane { residual, z, q, .. } = &mut **lane;
+            let first = *chunk * CHUNK;
+            let mut sum = 0.0;
+            for i in 0..q.len() {
+                residual[i] = self.system.b[first + i] - q[i];
+                z[i] = self.system.inverse[first + i] * residual[i];
+                sum += residual[i].dot(z[i]);
+            }
+            self.norm.set(*chunk, sum);
+        }
+        self.barrier.wait();
+        self.turn(own, 0.0);
+        self.norm.total()
+    }
+
+    /// q = A p; returns p · q.
+    fn multiply(&self, own: &mut OwnLanes<'_, 'a>) -> f64 {
+        let parts: Vec<_> =
+            self.directions.iter().map(|part| part.read().unwrap_or_else(PoisonError::into_inner)).collect();
+        for (chunk, lane) in own.iter_mut() {
+            let p: &[DVec3] = &parts[*chunk];
+            self.system.matrix.multiply_chunk(*chunk, p, |row| parts[row / CHUNK][row % CHUNK], lane.q);
+            self.curvature.set(*chunk, p.iter().zip(&*lane.q).map(|(p, q)| p.dot(*q)).sum());
+        }
+        drop(parts);
+        self.barrier.wait();
+        self.curvature.total()
+    }
+
+    /// x += α p, r −= α q, z = P r; returns r · z.
+    fn descend(&self, own: &mut OwnLanes<'_, 'a>, alpha: f64) -> f64 {
+        for (chunk, lane) in own.iter_mut() {
+            let Lane { x, residual, z, q } = &mut **lane;
+            let p = self.directions[*chunk].read().unwrap_or_else(PoisonError::into_inner);
+            let inverse = &self.system.inverse[*chunk * CHUNK..][..q.len()];
+            let mut sum = 0.0;
+            for i in 0..q.len() {
+                x[i] += p[i] * alpha;
+                residual[i] -= q[i] * alpha;
+                z[i] = inverse[i] * residual[i];
+                sum += residual[i].dot(z[i]);
+            }
+            self.norm.set(*chunk, sum);
+        }
+        self.barrier.wait();
+        self.norm.total()
+    }
+
+    /// p = z + β p.
+    fn turn(&self, own: &OwnLanes<'_, 'a>, beta: f64) {
+        for (chunk, lane) in own {
+            let mut p = self.directions[*chunk].write().unwrap_or_else(PoisonError::into_inner);
+            for (p, &z) in p.iter_mut().zip(&*lane.z) {
+                *p = z + *p * beta;
+            }
+        }
+        self.barrier.wait();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::linear::{Assembly, PairBlock};
+
+    /// A chain long enough for several chunks, held at its first particle.
+    fn chain(rows: u32) -> PairMatrix {
+        let pairs: Vec<[u32; 2]> = (1..rows).map(|j| [j - 1, j]).collect();
+        let mut matrix = PairMatrix::with_pattern(rows as usize, pairs.iter().copied());
+        matrix.clear(&vec![0.1; rows as usize]);
+        let slots: Vec<u32> = pairs.iter().map(|&pair| matrix.slot(pair).unwrap()).collect();
+        let mut assembly = Assembly { matrix: &mut matrix, slots: &slots };
+        for element in 0..pairs.len() {
+            let t = f64::from(slots[element]);
+            assembly.add(element, PairBlock { a: 0.5, e: 2.0, d: DVec3::new(t.sin(), t.cos(), 0.5) });
+        }
+        matrix
+    }
+
+    #[test]
+    fn solves_keep_constraints_and_do_not_depend_on_threads() {
+        let rows = 2500;
+        let matrix = chain(rows);
+        let mut inverse = vec![DMat3::ZERO; rows as usize];
+        matrix.diagonal(&mut inverse);
+        inverse.iter_mut().for_each(|block| *block = block.inverse());
+        inverse[0] = DMat3::ZERO;
+        let b: Vec<DVec3> = (0..rows).map(|i| DVec3::new(f64::from(i).cos(), 1.0, -0.3)).collect();
+        let limits = Limits { tolerance: 1e-12, floor: 0.0, max_iterations: 5000 };
+        let mut solutions = Vec::new();
+        for threads in [1, 2, 3] {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            let mut x = vec![DVec3::ZERO; rows as usize];
+            x[0] = DVec3::Y;
+            let mut solver = ConjugateGradient::new(rows as usize);
+            let system = System { matrix: &matrix, inverse: &inverse, b: &b };
+            let solve = pool.install(|| solver.solve(system, &mut x, limits));
+            assert!(solve.converged && solve.iterations > 10, "{solve:?}");
+            assert_eq!(x[0], DVec3::Y);
+            let mut product = vec![DVec3::ZERO; rows as usize];
+            matrix.multiply(&x, &mut product);
+            let worst = (1..rows as usize).map(|i| (product[i] - b[i]).length()).fold(0.0, f64::max);
+            assert!(worst < 1e-9, "residual {worst}");
+            solutions.push(x);
+        }
+        assert!(solutions[0] == solutions[1] && solutions[0] == solutions[2]);
+    }
 }

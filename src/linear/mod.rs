@@ -6,8 +6,9 @@
 
 mod conjugate_gradient;
 mod pair_matrix;
+mod team;
 
-pub use conjugate_gradient::{ConjugateGradient, Limits, Solve};
+pub use conjugate_gradient::{ConjugateGradient, Limits, Solve, System};
 pub use pair_matrix::{Assembly, PairBlock, PairMatrix};
 
 /// Rows in a chunk: large enough that the blocks between chunks, which are read twice, are few (one

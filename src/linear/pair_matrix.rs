@@ -2,7 +2,6 @@
 
 use super::CHUNK;
 use glam::{DMat3, DVec3};
-use rayon::prelude::*;
 
 /// A symmetric matrix of 3 × 3 blocks, one row a particle: a mass on the diagonal, and for every pair
 /// of particles (i, j) the block B = a·1 + e·d dᵀ, added to (i, i) and (j, j), taken from (i, j) and
@@ -22,8 +21,11 @@ pub struct PairMatrix {
     columns: Vec<u32>,
     /// The block of each pair.
     blocks: Vec<PairBlock>,
-    /// Per chunk of rows: row i, column j and slot of the pairs that reach in from an earlier one.
-    incoming: Vec<Vec<[u32; 3]>>,
+    /// How many of a row's pairs, its first, end in the row's own chunk.
+    inside: Vec<u32>,
+    /// Per chunk: row in it, row outside it and slot of the pairs that cross its border. Each such
+    /// pair stands in two lists.
+    crossing: Vec<Vec<[u32; 3]>>,
 }
 
 /// B = a·1 + e·d dᵀ.
@@ -65,11 +67,15 @@ impl PairMatrix {
         for i in 0..rows {
             row_start[i + 1] += row_start[i];
         }
-        let mut incoming = vec![Vec::new(); rows.div_ceil(CHUNK)];
+        let mut crossing = vec![Vec::new(); rows.div_ceil(CHUNK)];
+        let mut inside = vec![0; rows];
         for (slot, &[i, j]) in (0_u32..).zip(&pairs) {
-            let chunk = j as usize / CHUNK;
-            if i as usize / CHUNK != chunk {
-                incoming[chunk].push([i, j, slot]);
+            let [chunk_i, chunk_j] = [i, j].map(|row| row as usize / CHUNK);
+            if chunk_i == chunk_j {
+                inside[i as usize] += 1;
+            } else {
+                crossing[chunk_i].push([i, j, slot]);
+                crossing[chunk_j].push([j, i, slot]);
             }
         }
         Self {
@@ -77,7 +83,8 @@ impl PairMatrix {
             row_start,
             columns: pairs.iter().map(|pair| pair[1]).collect(),
             blocks: vec![PairBlock::default(); pairs.len()],
-            incoming,
+            inside,
+            crossing,
         }
     }
 
@@ -112,36 +119,33 @@ impl PairMatrix {
 
     /// y = A x.
     pub fn multiply(&self, x: &[DVec3], y: &mut [DVec3]) {
-        if y.len() <= CHUNK {
-            self.multiply_chunk(0, x, y);
-        } else {
-            y.par_chunks_mut(CHUNK).enumerate().for_each(|(chunk, y)| self.multiply_chunk(chunk, x, y));
+        for (chunk, y) in y.chunks_mut(CHUNK).enumerate() {
+            let own = &x[chunk * CHUNK..chunk * CHUNK + y.len()];
+            self.multiply_chunk(chunk, own, |row| x[row], y);
         }
     }
 
-    /// The rows of one chunk of y = A x: the pairs that begin in it, and those that reach in.
-    pub(super) fn multiply_chunk(&self, chunk: usize, x: &[DVec3], y: &mut [DVec3]) {
+    /// The rows of one chunk of y = A x. `own` holds the chunk's part of x, `other` gives the rest.
+    pub(super) fn multiply_chunk(&self, chunk: usize, own: &[DVec3], other: impl Fn(usize) -> DVec3, y: &mut [DVec3]) {
         let first = chunk * CHUNK;
-        for (k, y) in y.iter_mut().enumerate() {
-            *y = x[first + k] * self.masses[first + k];
+        for k in 0..y.len() {
+            y[k] = own[k] * self.masses[first + k];
         }
         for k in 0..y.len() {
-            let xi = x[first + k];
-            let mut sum = y[k];
-            let row = self.row(first + k);
+            let start = self.row_start[first + k] as usize;
+            let row = start..start + self.inside[first + k] as usize;
+            let mut sum = DVec3::ZERO;
             for (block, &j) in self.blocks[row.clone()].iter().zip(&self.columns[row]) {
-                let j = j as usize;
-                let product = block.times(xi - x[j]);
+                let j = j as usize - first;
+                let product = block.times(own[k] - own[j]);
                 sum += product;
-                if let Some(y) = y.get_mut(j - first) {
-                    *y -= product;
-                }
+                y[j] -= product;
             }
-            y[k] = sum;
+            y[k] += sum;
         }
-        for &[i, j, slot] in &self.incoming[chunk] {
-            let product = self.blocks[slot as usize].times(x[i as usize] - x[j as usize]);
-            y[j as usize - first] -= product;
+        for &[i, j, slot] in &self.crossing[chunk] {
+            let k = i as usize - first;
+            y[k] += self.blocks[slot as usize].times(own[k] - other(j as usize));
         }
     }
 

@@ -2,8 +2,8 @@
 //!
 //! The figure is a table of joints, at the places where a body's joints are, and a table of flesh:
 //! rounded cones, each carried by the bone between two joints. Flesh is joined by a smooth union
-//! and its surface cut into triangles. Proportions follow the body segment lengths, as shares of
-//! the stature, of Winter, "Biomechanics and Motor Control of Human Movement", figure 4.1.
+//! and its surface cut into triangles. The joints are within 3 cm of the segment
+//! lengths, as shares of the stature, in Winter, "Biomechanics and Motor Control of Human Movement".
 //!
 //! Metres, y up, facing +z, so that the figure's left is +x; the soles are at y = 0 and the neck
 //! stands on x = z = 0. The arms hang 22° from the vertical. Hands are mittens with a thumb, and
@@ -15,17 +15,23 @@ use super::TriMesh;
 use super::implicit::{RoundCone, Sample, smooth_min, triangulate};
 
 /// Height of the figure (m).
-pub const STATURE: f64 = 1.75;
+pub(crate) const STATURE: f64 = 1.75;
 
 /// Grid spacing of the surface (m): gives about 20,000 triangles.
 const CELL: f64 = 0.0155;
 
 /// How often the triangles are evened out.
-const ROUNDS: usize = 12;
+const ROUNDS: usize = 10;
+
+/// Rounding of the soles' edges (m).
+const SOLE_EDGE: f64 = 0.010;
+
+/// Width of the fillet between parts that only touch (m): narrower than a cell.
+const LEAST_FILLET: f64 = 0.012;
 
 /// Which half of the body something belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Side {
+pub(crate) enum Side {
     /// On the plane x = 0.
     Middle,
     /// At x > 0.
@@ -36,13 +42,13 @@ pub enum Side {
 
 /// Centre of a joint, or the end of a limb.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Joint {
+pub(crate) struct Joint {
     /// Anatomical name, the same on both sides.
-    pub name: &'static str,
+    pub(crate) name: &'static str,
     /// Half of the body.
-    pub side: Side,
+    pub(crate) side: Side,
     /// Position when standing (m).
-    pub position: DVec3,
+    pub(crate) position: DVec3,
 }
 
 /// What a bone is part of; parts keep apart where they are not joined by a joint.
@@ -126,11 +132,11 @@ const HAND: [f64; 3] = [0.940, 0.341, 0.0];
 #[rustfmt::skip]
 const FLESH: [Flesh; 43] = [
     // Trunk, from the pelvis up.
-    flesh("ilium", [0.0, 0.955, -0.004], 0.092, [0.072, 0.920, -0.006], 0.090, 0.04),
-    flesh("ilium", [0.070, 0.895, -0.050], 0.066, [0.060, 0.940, -0.040], 0.055, 0.04),
-    flesh("abdomen", [0.0, 0.970, 0.004], 0.148, [0.0, 1.095, 0.004], 0.121, 0.04).flat(Z, 0.68),
-    flesh("lumbar", [0.0, 1.095, 0.004], 0.121, [0.0, 1.200, 0.000], 0.136, 0.03).flat(Z, 0.68),
-    flesh("ribs", [0.0, 1.200, 0.0], 0.136, [0.0, 1.310, -0.006], 0.150, 0.03).flat(Z, 0.70),
+    flesh("ilium", [0.0, 0.955, -0.002], 0.090, [0.066, 0.920, -0.004], 0.088, 0.04),
+    flesh("ilium", [0.066, 0.895, -0.046], 0.066, [0.056, 0.950, -0.036], 0.052, 0.06),
+    flesh("abdomen", [0.0, 0.975, -0.002], 0.146, [0.0, 1.095, 0.000], 0.122, 0.04).flat(Z, 0.68),
+    flesh("lumbar", [0.0, 1.095, 0.000], 0.121, [0.0, 1.200, 0.000], 0.136, 0.03).flat(Z, 0.70),
+    flesh("ribs", [0.0, 1.200, 0.0], 0.136, [0.0, 1.310, -0.006], 0.150, 0.03).flat(Z, 0.73),
     flesh("ribs", [0.020, 1.375, -0.014], 0.074, [0.110, 1.385, -0.018], 0.060, 0.08),
     flesh("ribs", [0.058, 1.315, 0.058], 0.042, [0.105, 1.350, 0.032], 0.040, 0.06),
     flesh("ribs", [0.085, 1.360, -0.060], 0.044, [0.075, 1.230, -0.045], 0.044, 0.06),
@@ -160,15 +166,15 @@ const FLESH: [Flesh; 43] = [
     flesh("palm", [0.384, 0.868, 0.014], 0.018, [0.390, 0.838, 0.050], 0.016, 0.02),
     flesh("palm", [0.390, 0.838, 0.050], 0.016, [0.397, 0.806, 0.072], 0.013, 0.01),
     // Leg.
-    flesh("thigh", [0.090, 0.890, -0.004], 0.086, [0.095, 0.720, 0.000], 0.074, 0.02),
-    flesh("thigh", [0.095, 0.720, 0.000], 0.074, [0.100, 0.520, 0.0], 0.051, 0.02),
-    flesh("thigh", [0.102, 0.780, 0.026], 0.056, [0.101, 0.600, 0.018], 0.044, 0.04),
-    flesh("thigh", [0.093, 0.780, -0.026], 0.056, [0.098, 0.600, -0.012], 0.044, 0.04),
-    flesh("shank", [0.100, 0.530, 0.010], 0.046, [0.100, 0.470, 0.008], 0.045, 0.04),
+    flesh("thigh", [0.086, 0.880, -0.004], 0.084, [0.094, 0.720, 0.000], 0.071, 0.02),
+    flesh("thigh", [0.094, 0.720, 0.000], 0.071, [0.100, 0.520, 0.0], 0.051, 0.02),
+    flesh("thigh", [0.100, 0.840, 0.010], 0.060, [0.101, 0.560, 0.014], 0.044, 0.04),
+    flesh("thigh", [0.093, 0.840, -0.014], 0.060, [0.098, 0.560, -0.008], 0.042, 0.04),
+    flesh("shank", [0.100, 0.535, 0.008], 0.045, [0.100, 0.470, 0.006], 0.044, 0.03),
     flesh("shank", [0.100, 0.470, 0.002], 0.048, [0.102, 0.380, -0.008], 0.048, 0.03),
-    flesh("shank", [0.102, 0.380, -0.008], 0.048, [0.108, 0.130, -0.028], 0.031, 0.02),
+    flesh("shank", [0.102, 0.380, -0.008], 0.048, [0.108, 0.125, -0.028], 0.029, 0.02),
     flesh("shank", [0.102, 0.395, -0.030], 0.040, [0.105, 0.270, -0.034], 0.030, 0.06),
-    flesh("shank", [0.108, 0.130, -0.028], 0.031, [0.108, 0.078, -0.028], 0.033, 0.02),
+    flesh("shank", [0.108, 0.125, -0.028], 0.029, [0.108, 0.078, -0.028], 0.033, 0.02),
     flesh("foot", [0.108, 0.085, -0.048], 0.020, [0.108, 0.030, -0.056], 0.031, 0.04),
     flesh("foot", [0.109, 0.072, -0.018], 0.032, [0.118, 0.038, 0.065], 0.028, 0.04),
     flesh("foot", [0.108, 0.020, -0.050], 0.028, [0.124, 0.018, 0.085], 0.034, 0.03),
@@ -216,24 +222,32 @@ impl Flesh {
     }
 }
 
-/// An arm or a leg: its flesh, and how it joins the trunk.
-struct Limb {
-    flesh: Vec<(RoundCone, f64)>,
-    /// Where the limb begins (m).
-    root: DVec3,
+/// Rounded cones and the widths of their fillets (m).
+type Parts = Vec<(RoundCone, f64)>;
+
+/// The flesh of the whole figure.
+struct Body {
+    /// Each with its twin on the other side; those in the middle without.
+    trunk: Vec<(RoundCone, Option<RoundCone>, f64)>,
+    arms: Pair,
+    legs: Pair,
 }
 
-/// The flesh of the whole body, side by side.
-struct Body {
-    /// Left, then right or the same again; and the blend (m).
-    trunk: Vec<(RoundCone, Option<RoundCone>, f64)>,
-    arms: [Limb; 2],
-    legs: [Limb; 2],
+/// Two limbs and how they join the trunk.
+struct Pair {
+    /// Left, then right.
+    limbs: [Parts; 2],
+    /// Joints where the limbs begin, left then right (m).
+    roots: [DVec3; 2],
+    /// Width of the fillet to the trunk at the root (m).
+    blend: f64,
+    /// Distance from the root at which the limb comes free of the trunk (m).
+    reach: f64,
 }
 
 /// Joints of the standing figure: the middle ones once, the others left and right.
-pub fn joints() -> Vec<Joint> {
-    let mut joints = Vec::new();
+pub(crate) fn joints() -> Vec<Joint> {
+    let mut joints = Vec::with_capacity(2 * JOINTS.len());
     for (name, position) in JOINTS {
         let position = DVec3::from_array(position);
         let mut add = |side, position| {
@@ -247,7 +261,7 @@ pub fn joints() -> Vec<Joint> {
             add(Side::Middle, position);
         } else {
             add(Side::Left, position);
-            add(Side::Right, mirror(position));
+            add(Side::Right, mirrored(position));
         }
     }
     joints
@@ -258,16 +272,17 @@ pub fn joints() -> Vec<Joint> {
 /// The same bits every time.
 pub fn mannequin() -> TriMesh {
     let body = Body::standing();
-    // x = 0 is half-way between grid points, like y = 0, so that no sample is exactly zero.
-    let half_span = CELL * 32.5;
-    let min = DVec3::new(-half_span, -1.5 * CELL, -0.15);
-    let max = DVec3::new(half_span, STATURE + 2.0 * CELL, 0.23);
+    // The planes x = 0 and y = 0 lie half-way between grid points, where no sample is exactly
+    // zero and left mirrors right.
+    let half_width = 31.5 * CELL;
+    let min = DVec3::new(-half_width, -1.5 * CELL, -0.15);
+    let max = DVec3::new(half_width, STATURE + 2.0 * CELL, 0.22);
     let mut mesh = triangulate(|p| body.sample(p), min, max, CELL, ROUNDS);
     stand(&mut mesh);
     mesh
 }
 
-/// Shifts and stretches heights, by about a millimetre, to be 0 to [`STATURE`] exactly.
+/// Shifts and stretches heights, by a tenth of a millimetre, to be 0 to [`STATURE`] exactly.
 fn stand(mesh: &mut TriMesh) {
     let heights = || mesh.positions.iter().map(|p| p.y);
     let low = heights().fold(f64::INFINITY, f64::min);
@@ -278,87 +293,197 @@ fn stand(mesh: &mut TriMesh) {
 }
 
 /// The same place on the other side.
-fn mirror(p: DVec3) -> DVec3 {
+fn mirrored(p: DVec3) -> DVec3 {
     DVec3::new(-p.x, p.y, p.z)
 }
 
 /// The same flesh on the other side.
-fn mirror_cone(cone: RoundCone) -> RoundCone {
+fn mirrored_cone(cone: &RoundCone) -> RoundCone {
     RoundCone {
-        a: mirror(cone.a),
-        b: mirror(cone.b),
-        flat_axis: mirror(cone.flat_axis),
-        ..cone
+        a: mirrored(cone.a),
+        b: mirrored(cone.b),
+        flat_axis: mirrored(cone.flat_axis),
+        ..*cone
     }
+}
+
+/// Flesh on the bones of a region, in the order of the table.
+fn flesh_of(region: Region) -> impl Iterator<Item = &'static Flesh> {
+    FLESH.iter().filter(move |flesh| {
+        let bone = BONES.iter().find(|bone| bone.name == flesh.bone);
+        bone.is_some_and(|bone| bone.region == region)
+    })
 }
 
 impl Body {
     /// The figure of the tables.
     fn standing() -> Self {
-        let of = |region| {
-            FLESH.iter().filter(move |flesh| {
-                let bone = BONES.iter().find(|bone| bone.name == flesh.bone);
-                bone.is_some_and(|bone| bone.region == region)
-            })
-        };
-        let limb = |region, root: [f64; 3]| {
-            let left = Limb {
-                flesh: of(region).map(|f| (f.cone, f.blend)).collect(),
-                root: DVec3::from_array(root),
-            };
-            let right = Limb {
-                flesh: of(region)
-                    .map(|f| (mirror_cone(f.cone), f.blend))
-                    .collect(),
-                root: mirror(left.root),
-            };
-            [left, right]
-        };
-        let two_sided = |cone: RoundCone| (cone.a.x != 0.0 || cone.b.x != 0.0).then(|| mirror_cone(cone));
+        let two_sided = |cone: &RoundCone| cone.a.x != 0.0 || cone.b.x != 0.0;
         Self {
-            trunk: of(Region::Trunk)
-                .map(|f| (f.cone, two_sided(f.cone), f.blend))
+            trunk: flesh_of(Region::Trunk)
+                .map(|&Flesh { cone, blend, .. }| {
+                    let twin = two_sided(&cone).then(|| mirrored_cone(&cone));
+                    (cone, twin, blend)
+                })
                 .collect(),
-            arms: limb(Region::Arm, [0.168, 1.405, -0.015]),
-            legs: limb(Region::Leg, [0.088, 0.920, -0.005]),
+            arms: Pair::standing(Region::Arm, 0.05),
+            legs: Pair::standing(Region::Leg, 0.05),
         }
     }
 
     /// Distance to the skin at `p`.
     fn sample(&self, p: DVec3) -> Sample {
-        let trunk = self.trunk.iter().fold(Sample::EMPTY, |trunk, (cone, twin, blend)| {
-            let mut part = cone.sample(p);
-            if let Some(twin) = twin {
-                part = smooth_min(part, twin.sample(p), *blend);
-            }
-            smooth_min(trunk, part, *blend)
-        });
-        let ground = Sample { distance: p.y, gradient: DVec3::Y };
-        let legs = pair(&self.legs, p);
-        let legs = -smooth_min(-legs, ground, 0.010);
-        let trunk = smooth_min(trunk, legs, joined(&self.legs, p, 0.10, 0.20));
-        smooth_min(trunk, pair(&self.arms, p), joined(&self.arms, p, 0.06, 0.14))
+        let mut trunk = Sample::EMPTY;
+        for (cone, twin, blend) in &self.trunk {
+            trunk = match twin {
+                None => cone.join(trunk, p, *blend),
+                Some(twin) => {
+                    let both = smooth_min(cone.sample(p), twin.sample(p), *blend);
+                    smooth_min(trunk, both, *blend)
+                }
+            };
+        }
+        let ground = Sample {
+            distance: p.y,
+            gradient: DVec3::Y,
+        };
+        let legs = -smooth_min(-self.legs.sample(p), ground, SOLE_EDGE);
+        let body = smooth_min(trunk, legs, self.legs.fillet(p));
+        smooth_min(body, self.arms.sample(p), self.arms.fillet(p))
     }
 }
 
-/// Left and right limb, hardly joined to each other.
-fn pair([left, right]: &[Limb; 2], p: DVec3) -> Sample {
-    smooth_min(left.sample(p), right.sample(p), 0.01)
-}
+impl Pair {
+    /// The limbs of a region, joined to the trunk over the first half of their first bone.
+    fn standing(region: Region, blend: f64) -> Self {
+        let joints = joints();
+        let place = |name, side| {
+            let joint = joints.iter().find(|j| j.name == name && j.side == side);
+            joint.map_or(DVec3::ZERO, |joint| joint.position)
+        };
+        let first = BONES.iter().find(|bone| bone.region == region);
+        let ends = first.map_or([DVec3::ZERO; 2], |bone| {
+            [bone.from, bone.to].map(|name| place(name, Side::Left))
+        });
+        let left: Parts = flesh_of(region).map(|f| (f.cone, f.blend)).collect();
+        let right = left.iter().map(|(c, k)| (mirrored_cone(c), *k)).collect();
+        Self {
+            limbs: [left, right],
+            roots: [ends[0], mirrored(ends[0])],
+            blend,
+            reach: 0.5 * ends[0].distance(ends[1]),
+        }
+    }
 
-/// Width of the fillet between limb and trunk (m): `blend` at the limb's root, little from `reach` on.
-///
-/// A constant one would web the arm to the flank.
-fn joined(limbs: &[Limb; 2], p: DVec3, blend: f64, reach: f64) -> f64 {
-    let [left, right] = limbs.each_ref().map(|limb| limb.root.distance(p));
-    let near = (1.0 - left.min(right) / reach).max(0.0);
-    0.012 + blend * near * near * (3.0 - 2.0 * near)
-}
-
-impl Limb {
+    /// Distance to the nearer limb; the two are hardly joined to each other.
     fn sample(&self, p: DVec3) -> Sample {
-        self.flesh.iter().fold(Sample::EMPTY, |limb, (cone, blend)| {
-            smooth_min(limb, cone.sample(p), *blend)
-        })
+        let [left, right] = self.limbs.each_ref().map(|limb| {
+            limb.iter().fold(Sample::EMPTY, |limb, (cone, blend)| {
+                cone.join(limb, p, *blend)
+            })
+        });
+        smooth_min(left, right, LEAST_FILLET)
+    }
+
+    /// Width of the fillet to the trunk at `p` (m): a constant one would web arm and flank.
+    fn fillet(&self, p: DVec3) -> f64 {
+        let [left, right] = self.roots.map(|root| root.distance(p));
+        let near = (1.0 - left.min(right) / self.reach).max(0.0);
+        LEAST_FILLET + self.blend * near * near * (3.0 - 2.0 * near)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::LazyLock;
+
+    use super::*;
+
+    static MANNEQUIN: LazyLock<TriMesh> = LazyLock::new(mannequin);
+
+    /// Smallest angle of a triangle (degrees).
+    fn least_angle(mesh: &TriMesh, triangle: [u32; 3]) -> f64 {
+        let p = triangle.map(|v| mesh.positions[v as usize]);
+        (0..3)
+            .map(|i| {
+                let to = |j: usize| p[(i + j) % 3] - p[i];
+                to(1).angle_between(to(2)).to_degrees()
+            })
+            .fold(f64::INFINITY, f64::min)
+    }
+
+    #[test]
+    fn every_edge_is_used_once_each_way_and_the_surface_is_a_sphere() {
+        let mesh = &*MANNEQUIN;
+        let mut edges: Vec<[u32; 2]> = mesh
+            .triangles
+            .iter()
+            .flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]])
+            .collect();
+        edges.sort_unstable();
+        assert!(edges.windows(2).all(|pair| pair[0] != pair[1]));
+        assert!(
+            edges
+                .iter()
+                .all(|&[a, b]| edges.binary_search(&[b, a]).is_ok())
+        );
+        let mut used: Vec<u32> = edges.iter().map(|edge| edge[0]).collect();
+        used.dedup();
+        assert_eq!(used.len(), mesh.positions.len());
+        // V − E + F = 2: one piece without handles, as no vertex is idle.
+        assert_eq!(used.len() + mesh.triangles.len(), edges.len() / 2 + 2);
+        assert!((0.055..0.080).contains(&mesh.volume()));
+    }
+
+    #[test]
+    fn triangles_are_many_and_well_shaped() {
+        let mesh = &*MANNEQUIN;
+        assert!((10_000..=30_000).contains(&mesh.triangles.len()));
+        let slivers = mesh
+            .triangles
+            .iter()
+            .filter(|&&triangle| least_angle(mesh, triangle) < 15.0)
+            .count();
+        assert!(slivers * 100 < mesh.triangles.len(), "{slivers} slivers");
+    }
+
+    #[test]
+    fn stands_on_the_ground_upright_and_even() {
+        let mesh = &*MANNEQUIN;
+        let (low, high) = mesh.bounds().unwrap();
+        assert!(low.y.abs() < 1e-9 && (high.y - STATURE).abs() < 1e-9);
+        assert!((low.x + high.x).abs() < 1e-3);
+        let neck: Vec<DVec3> = mesh
+            .positions
+            .iter()
+            .copied()
+            .filter(|p| (p.y - 1.51).abs() < 0.01)
+            .collect();
+        let count = f64::from(u32::try_from(neck.len()).unwrap());
+        let centre = neck.iter().sum::<DVec3>() / count;
+        assert!(centre.x.hypot(centre.z) < 0.01, "{centre}");
+    }
+
+    #[test]
+    fn is_the_same_every_time() {
+        assert!(mannequin() == *MANNEQUIN);
+    }
+
+    #[test]
+    fn every_bone_has_its_joints_and_all_flesh_a_bone() {
+        let known = |name| joints().iter().any(|joint| joint.name == name);
+        assert!(BONES.iter().all(|bone| known(bone.from) && known(bone.to)));
+        let carried = |flesh: &Flesh| BONES.iter().any(|bone| bone.name == flesh.bone);
+        assert!(FLESH.iter().all(carried));
+    }
+
+    #[test]
+    fn skin_is_at_distance_zero_and_distance_grows_outward() {
+        let body = Body::standing();
+        for p in MANNEQUIN.positions.iter().filter(|p| p.y > 0.02) {
+            let Sample { distance, gradient } = body.sample(*p);
+            assert!(distance.abs() < 2e-4, "{distance} at {p}");
+            assert!(body.sample(*p + 0.005 * gradient).distance > distance);
+        }
     }
 }

@@ -11,6 +11,15 @@ const RADII: f32 = 1.75;
 /// A hanging cloth swings below where it starts, by most of its width.
 const SWING: f32 = 0.8;
 
+/// Where the pinned particles are (m).
+fn pins<'a>(header: &'a Header, first: &'a Frame) -> impl Iterator<Item = &'a [f32; 3]> {
+    let cloths = header.cloths.iter().zip(&first.cloths);
+    cloths.flat_map(|(cloth, state)| {
+        let pins = cloth.pins.iter();
+        pins.filter_map(|&pin| state.positions.get(pin as usize))
+    })
+}
+
 /// An eye.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Camera {
@@ -35,7 +44,11 @@ impl Camera {
         let obstacles = obstacles.filter_map(|obstacle| Bounds::around(&obstacle.positions));
         let obstacles: Vec<Bounds> = obstacles.filter_map(|b| b.common(near)).collect();
         if obstacles.is_empty() {
-            view.min[1] -= SWING * view.width();
+            let width = view.width();
+            if let Some(pins) = Bounds::around(pins(header, first)) {
+                view = view.joined(view.mirrored(pins.middle()));
+            }
+            view.min[1] -= SWING * width;
         }
         for obstacle in obstacles {
             view = view.joined(obstacle);
@@ -88,6 +101,16 @@ impl Bounds {
         }
     }
 
+    /// The box on the other side of `centre`, at the same height: what hangs swings through.
+    fn mirrored(self, centre: [f32; 3]) -> Self {
+        let mut mirrored = self;
+        for axis in [0, 2] {
+            mirrored.min[axis] = 2.0 * centre[axis] - self.max[axis];
+            mirrored.max[axis] = 2.0 * centre[axis] - self.min[axis];
+        }
+        mirrored
+    }
+
     fn middle(self) -> [f32; 3] {
         [0, 1, 2].map(|axis| (self.min[axis] + self.max[axis]) / 2.0)
     }
@@ -109,7 +132,7 @@ impl Bounds {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::frame::{ClothFrame, ObstacleHeader};
+    use crate::frame::{ClothFrame, ClothHeader, ObstacleHeader};
 
     fn first(positions: &[[f32; 3]]) -> Frame {
         Frame {
@@ -137,6 +160,19 @@ mod tests {
             camera.target[1] > 0.0 && camera.target[1] < 1.0,
             "{camera:?}"
         );
+    }
+
+    #[test]
+    fn a_pendulum_is_framed_on_both_sides() {
+        let header = Header {
+            cloths: vec![ClothHeader {
+                pins: vec![0],
+                ..ClothHeader::default()
+            }],
+            ..Header::default()
+        };
+        let camera = Camera::framing(&header, &first(&[[0.0; 3], [1.0, 0.0, 0.0]]));
+        assert_eq!(camera.target, [0.0, -0.4, 0.0]);
     }
 
     #[test]

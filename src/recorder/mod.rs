@@ -8,6 +8,7 @@
 //! instead, and counts them. Rerun reports trouble with its sinks only through [`tracing`], so a
 //! program that wants to see it installs a subscriber.
 
+mod discard;
 mod error;
 mod memory;
 
@@ -51,6 +52,7 @@ mod tests;
 #[cfg(feature = "rerun")]
 mod viewer;
 
+pub use discard::DiscardRecorder;
 pub use error::RecordError;
 pub use memory::MemoryRecorder;
 

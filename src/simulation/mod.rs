@@ -8,13 +8,13 @@ pub use divergence::Diverged;
 pub use stability::{StableStep, stable_step};
 pub use stats::{Stage, StageTimes, Stats};
 
-use crate::collision::{Contacts, Detection, respond};
-use crate::energy::Ledger;
+use crate::collision::{Contacts, Detection, Masses, respond};
+use crate::energy::{Ledger, kinetic};
 use crate::integrator::{Integrator, Scheme};
 use crate::linear::Solve;
 use crate::model::Model;
 use crate::state::State;
-use crate::strain_limit::Limited;
+use crate::strain_limit::{Limited, Wall};
 use glam::DVec3;
 
 /// A model, its state, and the scheme that moves it.
@@ -31,8 +31,10 @@ pub struct Simulation {
     detection: Detection,
     ledger: Ledger,
     stats: Stats,
-    /// Positions before strain limiting (m), scratch.
+    /// Positions before strain limiting (m), scratch; empty without a strain limit.
     unlimited: Vec<DVec3>,
+    /// What strain limiting must not pull particles into, scratch; empty without a strain limit.
+    walls: Vec<Wall>,
 }
 
 /// What a step did.
@@ -56,6 +58,7 @@ impl Simulation {
     /// A simulation at its first state. `dt` is the step (s).
     pub fn new(model: Model, state: State, integrator: Integrator, dt: f64) -> Self {
         let particles = model.particles();
+        let limited = if model.strain_limit.is_some() { particles } else { 0 };
         Self {
             before: state.clone(),
             scheme: integrator.scheme(&model),
@@ -63,7 +66,8 @@ impl Simulation {
             detection: Detection::new(&model.obstacles, particles),
             ledger: Ledger::open(&model, &state),
             stats: Stats::default(),
-            unlimited: if model.strain_limit.is_some() { state.positions.clone() } else { Vec::new() },
+            unlimited: vec![DVec3::ZERO; limited],
+            walls: vec![Wall::default(); limited],
             integrator,
             dt,
             model,
@@ -101,15 +105,17 @@ impl Simulation {
         solve
     }
 
-    /// Repeats strain limiting and contact until neither moves anything.
+    /// Repeats strain limiting and contact until nothing is inside a body any more.
     fn limit_strain_and_contact(&mut self) -> Limited {
         let mut first = None;
-        for _ in 0..MAX_ROUNDS {
+        for round in 0..MAX_ROUNDS {
             let limited = self.limit_strain();
-            first.get_or_insert(limited);
+            let first = *first.get_or_insert(limited);
             self.detect_contacts();
-            if self.respond() == 0 {
-                return Limited { after: limited.after, ..first.unwrap_or_default() };
+            // What is only too close is moved once; the next round brings its springs in order.
+            let spread = round == 0;
+            if self.respond(spread) == 0 && !(spread && self.model.strain_limit.is_some()) {
+                return Limited { after: limited.after, ..first };
             }
         }
         self.detect_contacts();
@@ -118,11 +124,15 @@ impl Simulation {
 
     /// Shortens what is stretched too far; the way moved becomes velocity.
     fn limit_strain(&mut self) -> Limited {
-        let Self { model, state, unlimited, dt, stats, .. } = self;
+        let Self { model, state, unlimited, walls, contacts, dt, stats, .. } = self;
         let Some(limit) = &model.strain_limit else { return Limited::default() };
         stats.times.time(Stage::LimitStrain, || {
             unlimited.copy_from_slice(&state.positions);
-            let limited = limit.apply(&mut state.positions, &model.inverse_masses);
+            walls.fill(Wall::default());
+            for contact in &contacts.list {
+                walls[contact.particle] = contact.wall();
+            }
+            let limited = limit.apply(&mut state.positions, &model.inverse_masses, walls);
             if limited.passes > 0 {
                 for i in 0..unlimited.len() {
                     state.velocities[i] += (state.positions[i] - unlimited[i]) / *dt;
@@ -141,9 +151,10 @@ impl Simulation {
         }
     }
 
-    fn respond(&mut self) -> usize {
+    fn respond(&mut self, spread: bool) -> usize {
         let Self { model, state, contacts, stats, .. } = self;
-        stats.times.time(Stage::Respond, || respond(contacts, &model.masses, &model.inverse_masses, state).moved)
+        let masses = Masses { masses: &model.masses, inverse: &model.inverse_masses };
+        stats.times.time(Stage::Respond, || respond(contacts, masses, spread, state))
     }
 
     /// Largest strain of the springs that stand for the weave; 0 without springs.
@@ -154,7 +165,11 @@ impl Simulation {
 
     fn book(&mut self, step: &StepStats) {
         let Self { model, state, ledger, stats, dt, .. } = self;
-        stats.times.time(Stage::Measure, || ledger.book(model, state, *dt));
+        let kinetic = stats.times.time(Stage::Measure, || {
+            ledger.book(model, state, *dt);
+            kinetic(model, state)
+        });
+        stats.kinetic_peak = stats.kinetic_peak.max(kinetic);
         stats.strain = step.strain;
         stats.strain_ever = stats.strain_ever.max(step.strain);
         stats.depth = step.depth;

@@ -16,6 +16,8 @@ pub struct Stats {
     pub depth: f64,
     /// The same over all steps (m).
     pub depth_ever: f64,
+    /// Largest kinetic energy of any step (J).
+    pub kinetic_peak: f64,
     /// The last linear solve.
     pub solve: Solve,
     /// Iterations of all linear solves.

@@ -2,4 +2,4 @@
 
 mod provot;
 
-pub use provot::{Limited, StrainLimit};
+pub use provot::{Limited, StrainLimit, Wall};

@@ -35,57 +35,106 @@ const SLACK: f64 = 5e-5;
 /// corners at twenty times the load that its limit bears needs about 300.
 const MAX_PASSES: u32 = 500;
 
+/// Springs beyond this share of the longest length take part in the passes: shortening one can
+/// lengthen its neighbours by a few percent.
+const NEAR: f64 = 0.96;
+
+/// λ² = (ℓ/ℓ₀)².
+#[inline]
+fn stretch_squared(spring: &Spring, positions: &[DVec3]) -> f64 {
+    spring.span(positions).length_squared() / (spring.rest_length * spring.rest_length)
+}
+
 impl StrainLimit {
     /// Shortens the springs that exceed the limit, until none does.
     ///
     /// `inverse_masses` (1/kg) is 0 for particles that must not move. Both ends move along the
     /// spring in proportion to their inverse mass, so that Σ m x stays and no torque arises.
     /// Passes run forwards and backwards in turn: a correction travels along the rows in both
-    /// directions.
-    pub fn apply(&self, positions: &mut [DVec3], inverse_masses: &[f64]) -> Limited {
+    /// directions. They visit the springs near the limit only; when those hold, all are looked at
+    /// again. `walls` keep particles that touch an obstacle from being pulled into it.
+    pub fn apply(&self, positions: &mut [DVec3], inverse_masses: &[f64], walls: &[Wall]) -> Limited {
         let before = self.largest_strain(positions);
         let mut limited = Limited { passes: 0, before, after: before };
         while limited.after > self.max + SLACK && limited.passes < MAX_PASSES {
-            if limited.passes % 2 == 0 {
-                self.springs.iter().for_each(|spring| self.shorten(spring, positions, inverse_masses));
-            } else {
-                self.springs.iter().rev().for_each(|spring| self.shorten(spring, positions, inverse_masses));
-            }
-            limited.passes += 1;
+            let near = (1.0 + self.max) * NEAR;
+            let hot: Vec<&Spring> =
+                self.springs.iter().filter(|spring| stretch_squared(spring, positions) > near * near).collect();
+            let most = MAX_PASSES - limited.passes;
+            limited.passes += self.relax(&hot, positions, Held { inverse_masses, walls }, most);
             limited.after = self.largest_strain(positions);
         }
         limited
     }
 
-    /// Largest strain of the limited springs; −1 when there are none.
-    pub fn largest_strain(&self, positions: &[DVec3]) -> f64 {
-        let stretch_squared = self
-            .springs
-            .iter()
-            .map(|spring| spring.span(positions).length_squared() / (spring.rest_length * spring.rest_length))
-            .fold(0.0, f64::max);
-        stretch_squared.sqrt() - 1.0
+    /// Passes over some springs until none exceeds the limit; returns their number.
+    fn relax(&self, springs: &[&Spring], positions: &mut [DVec3], held: Held<'_>, most: u32) -> u32 {
+        let enough = (1.0 + self.max + SLACK) * (1.0 + self.max + SLACK);
+        for pass in 0..most {
+            if springs.iter().all(|spring| stretch_squared(spring, positions) <= enough) {
+                return pass;
+            }
+            if pass % 2 == 0 {
+                springs.iter().for_each(|spring| self.shorten(spring, positions, held));
+            } else {
+                springs.iter().rev().for_each(|spring| self.shorten(spring, positions, held));
+            }
+        }
+        most
     }
 
-    fn shorten(&self, spring: &Spring, positions: &mut [DVec3], inverse_masses: &[f64]) {
+    /// Largest strain of the limited springs; −1 when there are none.
+    pub fn largest_strain(&self, positions: &[DVec3]) -> f64 {
+        let squares = self.springs.iter().map(|spring| stretch_squared(spring, positions));
+        squares.fold(0.0, f64::max).sqrt() - 1.0
+    }
+
+    fn shorten(&self, spring: &Spring, positions: &mut [DVec3], held: Held<'_>) {
         let [i, j] = spring.ends.map(|end| end as usize);
         let longest = (1.0 + self.max) * spring.rest_length;
         let d = positions[j] - positions[i];
         let length_squared = d.length_squared();
-        let (wi, wj) = (inverse_masses[i], inverse_masses[j]);
+        let (wi, wj) = (held.inverse_masses[i], held.inverse_masses[j]);
         if length_squared <= longest * longest || wi + wj <= 0.0 {
             return;
         }
         let length = length_squared.sqrt();
         let correction = d * ((length - longest) / (length * (wi + wj)));
-        positions[i] += correction * wi;
-        positions[j] -= correction * wj;
+        positions[i] = held.walls[i].keep_out(positions[i] + correction * wi);
+        positions[j] = held.walls[j].keep_out(positions[j] - correction * wj);
+    }
+}
+
+/// What limits a particle's motion while springs are shortened.
+#[derive(Clone, Copy)]
+struct Held<'a> {
+    inverse_masses: &'a [f64],
+    walls: &'a [Wall],
+}
+
+/// The half space n · x ≥ c in which a particle has to stay.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Wall {
+    /// Unit normal, pointing into the half space; zero where there is no wall.
+    pub normal: DVec3,
+    /// c (m).
+    pub offset: f64,
+}
+
+impl Wall {
+    /// The nearest point of the half space.
+    #[inline]
+    fn keep_out(&self, x: DVec3) -> DVec3 {
+        let missing = self.offset - self.normal.dot(x);
+        if missing > 0.0 { x + self.normal * missing } else { x }
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    const FREE: [Wall; 2] = [Wall { normal: DVec3::ZERO, offset: 0.0 }; 2];
 
     fn row(particles: u32) -> StrainLimit {
         let springs = (1..particles)
@@ -107,7 +156,7 @@ mod tests {
             .collect();
         let moment = |positions: &[DVec3]| -> DVec3 { positions.iter().zip(&masses).map(|(x, m)| *x * *m).sum() };
         let before = moment(&positions);
-        let limited = limit.apply(&mut positions, &inverse);
+        let limited = limit.apply(&mut positions, &inverse, &[Wall::default(); 30]);
         assert!(limited.before > 0.3 && limited.passes > 0, "{limited:?}");
         assert!(limited.after <= 0.1 + SLACK, "{limited:?}");
         assert!((moment(&positions) - before).length() < 1e-14);
@@ -117,10 +166,10 @@ mod tests {
     fn pinned_particles_stay_and_two_pins_too_far_apart_are_reported() {
         let limit = row(2);
         let mut positions = vec![DVec3::ZERO, DVec3::X];
-        let limited = limit.apply(&mut positions, &[0.0, 0.0]);
+        let limited = limit.apply(&mut positions, &[0.0, 0.0], &FREE);
         assert_eq!(positions, [DVec3::ZERO, DVec3::X]);
         assert!(limited.after > 8.9, "{limited:?}");
-        let limited = limit.apply(&mut positions, &[0.0, 2.0]);
+        let limited = limit.apply(&mut positions, &[0.0, 2.0], &FREE);
         assert!(positions[0] == DVec3::ZERO && limited.after <= 0.1 + SLACK);
     }
 
@@ -128,7 +177,16 @@ mod tests {
     fn what_is_within_the_limit_is_left_alone() {
         let limit = row(2);
         let mut positions = vec![DVec3::ZERO, DVec3::X * 0.105];
-        assert_eq!(limit.apply(&mut positions, &[1.0, 1.0]).passes, 0);
+        assert_eq!(limit.apply(&mut positions, &[1.0, 1.0], &FREE).passes, 0);
         assert_eq!(positions[1], DVec3::X * 0.105);
+    }
+
+    #[test]
+    fn a_wall_is_not_crossed_and_the_other_end_gives_way() {
+        let limit = row(2);
+        let mut positions = vec![DVec3::ZERO, DVec3::new(0.1, -0.2, 0.0)];
+        let wall = Wall { normal: DVec3::Y, offset: 0.0 };
+        let limited = limit.apply(&mut positions, &[1.0, 1.0], &[wall, Wall::default()]);
+        assert!(limited.after <= 0.1 + SLACK && positions[0].y >= 0.0 && positions[0].x > 0.0, "{positions:?}");
     }
 }

@@ -1,0 +1,120 @@
+//! What can be typed.
+
+use clap::{Args, Parser, Subcommand};
+use std::path::PathBuf;
+
+/// The whole command line.
+#[derive(Debug, Parser)]
+#[command(
+    version,
+    about = "Cloth and mass-spring simulation that streams to the Rerun viewer and says how wrong it is.",
+    args_conflicts_with_subcommands = true,
+    subcommand_precedence_over_arg = true
+)]
+pub(super) struct Cli {
+    #[command(subcommand)]
+    pub(super) command: Option<Command>,
+    #[command(flatten)]
+    pub(super) run: RunArgs,
+}
+
+#[derive(Debug, Subcommand)]
+pub(super) enum Command {
+    /// Run a scene and record it (also without the word `run`).
+    Run(RunArgs),
+    /// List the built-in scenes; with NAME, print its TOML.
+    Scenes {
+        /// A built-in scene.
+        name: Option<String>,
+    },
+    /// Say what a scene models, its stable step and its cost.
+    Check(SceneArgs),
+    /// Write the state of a recording as a table.
+    #[cfg(feature = "rerun")]
+    Export(ExportArgs),
+    /// Write the mannequin's mesh again.
+    Mannequin {
+        /// The OBJ file to write.
+        out: PathBuf,
+    },
+}
+
+/// A scene and changes to it.
+#[derive(Args, Debug)]
+pub(super) struct SceneArgs {
+    /// A built-in scene (see `muslin scenes`) or a TOML file.
+    #[arg(default_value = "drape")]
+    pub(super) scene: String,
+    /// Time integration scheme: symplectic-euler or implicit-euler.
+    #[arg(long, value_name = "NAME")]
+    integrator: Option<String>,
+    /// Time step (s).
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    dt: Option<f64>,
+    /// Simulated time (s).
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    duration: Option<f64>,
+    /// Recorded frames in a simulated second.
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    fps: Option<f64>,
+    /// Threads of the simulation; all cores by default. The result doesn't depend on it.
+    #[arg(long, value_name = "N")]
+    pub(super) threads: Option<usize>,
+    /// Set a key of the scene, such as cloth.0.material.stretch=500 (repeatable).
+    #[arg(long, value_name = "KEY=VALUE")]
+    set: Vec<String>,
+}
+
+impl SceneArgs {
+    /// Every change to the scene as `key=value`.
+    pub(super) fn changes(&self) -> Vec<String> {
+        let Self { integrator, dt, duration, fps, set, .. } = self;
+        let mut changes = set.clone();
+        changes.extend(integrator.as_ref().map(|name| format!("solver.integrator={name:?}")));
+        changes.extend(dt.map(|dt| format!("solver.dt={dt:?}")));
+        changes.extend(duration.map(|duration| format!("duration={duration:?}")));
+        changes.extend(fps.map(|fps| format!("record.fps={fps:?}")));
+        changes
+    }
+}
+
+/// What to run and where it goes.
+#[derive(Args, Debug)]
+pub(super) struct RunArgs {
+    #[command(flatten)]
+    pub(super) scene: SceneArgs,
+    /// Recording to write; SCENE.rrd by default.
+    #[arg(long, value_name = "FILE.rrd")]
+    pub(super) save: Option<PathBuf>,
+    /// Write no recording.
+    #[arg(long, conflicts_with = "save")]
+    pub(super) no_save: bool,
+    /// Stream to a viewer that listens at URL.
+    #[arg(long, value_name = "URL", num_args = 0..=1, default_missing_value = "rerun+http://127.0.0.1:9876/proxy")]
+    pub(super) connect: Option<String>,
+    /// Let viewers fetch the recording at this port of this machine.
+    #[arg(long, value_name = "PORT", num_args = 0..=1, default_missing_value = "9876")]
+    pub(super) serve: Option<u16>,
+    /// Start a viewer and stream to it.
+    #[arg(long)]
+    pub(super) spawn: bool,
+    /// Write a machine-readable summary.
+    #[arg(long, value_name = "FILE.json")]
+    pub(super) report: Option<PathBuf>,
+    /// Print nothing but errors.
+    #[arg(long)]
+    pub(super) quiet: bool,
+}
+
+#[cfg(feature = "rerun")]
+#[derive(Args, Debug)]
+pub(super) struct ExportArgs {
+    /// A recording.
+    pub(super) recording: PathBuf,
+    /// Table to write: cloth,particle,x,y,z,vx,vy,vz in m and m/s.
+    #[arg(long, value_name = "FILE")]
+    pub(super) csv: PathBuf,
+    /// `last`, or a time (s): the last checkpoint at or before it.
+    #[arg(long, value_name = "T|last", default_value = "last", allow_negative_numbers = true)]
+    pub(super) at: String,
+}

@@ -1,0 +1,56 @@
+//! The command line: flags as typed become a validated plan; one file a command.
+
+mod args;
+mod check;
+#[cfg(feature = "rerun")]
+mod export;
+mod mannequin;
+mod progress;
+mod report;
+mod run;
+mod scenes;
+
+use args::{Cli, Command};
+use clap::Parser as _;
+use std::process::ExitCode;
+
+/// Why a command failed, and with which exit code.
+#[derive(Debug)]
+enum Failure {
+    /// The run failed: 1.
+    Run(anyhow::Error),
+    /// Bad input: 2.
+    Input(anyhow::Error),
+}
+
+impl Failure {
+    fn input(error: impl Into<anyhow::Error>) -> Self {
+        Self::Input(error.into())
+    }
+
+    fn run(error: impl Into<anyhow::Error>) -> Self {
+        Self::Run(error.into())
+    }
+}
+
+/// Runs the program; the exit code is 0 when done, 1 when the run failed, 2 for bad input.
+pub fn main() -> ExitCode {
+    // Rerun reports trouble with its sinks only here.
+    tracing_subscriber::fmt().with_max_level(tracing::Level::WARN).with_writer(std::io::stderr).without_time().init();
+    let Cli { command, run } = Cli::parse();
+    let done = match command.unwrap_or(Command::Run(run)) {
+        Command::Run(args) => run::run(&args),
+        Command::Scenes { name } => scenes::run(name.as_deref()),
+        Command::Check(args) => check::run(&args),
+        #[cfg(feature = "rerun")]
+        Command::Export(args) => export::run(&args),
+        Command::Mannequin { out } => mannequin::run(&out),
+    };
+    let (error, code) = match done {
+        Ok(()) => return ExitCode::SUCCESS,
+        Err(Failure::Run(error)) => (error, 1),
+        Err(Failure::Input(error)) => (error, 2),
+    };
+    eprintln!("error: {error:#}");
+    ExitCode::from(code)
+}

@@ -1,0 +1,95 @@
+//! The machine-readable summary of a run.
+
+use crate::energy::Energies;
+use crate::frame::mean_strain;
+use crate::pipeline::{Finished, ms_per_frame};
+use crate::simulation::Stage;
+use serde_json::{Map, Value, json};
+
+/// The report of a finished run; its fields keep their names.
+pub(super) fn report(scene: &str, threads: usize, finished: &Finished) -> Value {
+    let simulation = &finished.simulation;
+    let (model, stats) = (simulation.model(), simulation.stats());
+    let triangles: usize = model.cloths.iter().map(|cloth| cloth.triangles.len()).sum();
+    let simulated = simulation.state().time;
+    let mut report = json!({
+        "scene": scene,
+        "integrator": simulation.integrator().name(),
+        "dt": simulation.dt(),
+        "threads": threads,
+        "particles": model.particles(),
+        "springs": model.spring_count(),
+        "hinges": 0,
+        "triangles": triangles,
+        "simulated_s": simulated,
+        "steps": stats.steps,
+        "wall_s": finished.wall.as_secs_f64(),
+        "ms_per_frame": ms_per_frame(finished.stepping, simulated),
+        "stage_ms": stage_ms(finished),
+        "recorded_frames": finished.recorded.frames,
+        "dropped_live_frames": finished.recorded.dropped_live_frames,
+        "energy": energy(finished),
+        "strain": { "max": stats.strain, "max_ever": stats.strain_ever, "mean": mean_strain(simulation) },
+        "contact": {
+            "max_depth_m": stats.depth,
+            "max_depth_ever_m": stats.depth_ever,
+            "count": simulation.contacts().list.len(),
+        },
+        "solver": { "iterations": stats.iterations, "unconverged_solves": stats.unsolved, "strain_limit_passes": stats.limit_passes },
+        "peak_kinetic_j": stats.kinetic_peak,
+        "outcome": outcome(finished),
+    });
+    if let (Some(diverged), Some(fields)) = (&finished.diverged, report.as_object_mut()) {
+        fields.insert("reason".to_owned(), json!(diverged.to_string()));
+    }
+    report
+}
+
+fn outcome(finished: &Finished) -> &'static str {
+    match (&finished.diverged, finished.stopped) {
+        (Some(_), _) => "diverged",
+        (None, true) => "stopped",
+        (None, false) => "completed",
+    }
+}
+
+/// Mean wall time of each stage in a step (ms).
+fn stage_ms(finished: &Finished) -> Value {
+    let stats = finished.simulation.stats();
+    let steps = f64::from(u32::try_from(stats.steps.max(1)).unwrap_or(u32::MAX));
+    let mean = |(stage, name): (Stage, &str)| (name.to_owned(), json!(stats.times.of(stage).as_secs_f64() * 1000.0 / steps));
+    Stage::ALL.into_iter().map(mean).collect::<Map<_, _>>().into()
+}
+
+fn energy(finished: &Finished) -> Value {
+    let simulation = &finished.simulation;
+    let energies = Energies::of(simulation.model(), simulation.state());
+    let ledger = simulation.ledger();
+    let named = |list: &[(&str, f64)]| list.iter().map(|(name, joules)| ((*name).to_owned(), json!(joules))).collect::<Map<_, _>>();
+    json!({
+        "kinetic": energies.kinetic,
+        "gravitational": energies.gravitational,
+        "elastic": named(&energies.elastic),
+        "dissipated": named(&ledger.dissipated),
+        "work": {},
+        "residual": ledger.residual(&energies),
+    })
+}
+
+/// A few lines for people.
+pub(super) fn summary(report: &Value) -> String {
+    let number = |path: &str| report.pointer(path).and_then(Value::as_f64).unwrap_or(f64::NAN);
+    format!(
+        "{}: {} after {:.3} s simulated in {:.1} s, {:.1} ms per 1/60 s\n\
+         largest strain ever {:.2} %, deepest penetration ever {:.3} mm, kinetic energy {:.2e} J (peak {:.2e} J)",
+        report["scene"].as_str().unwrap_or_default(),
+        report["outcome"].as_str().unwrap_or_default(),
+        number("/simulated_s"),
+        number("/wall_s"),
+        number("/ms_per_frame"),
+        100.0 * number("/strain/max_ever"),
+        1000.0 * number("/contact/max_depth_ever_m"),
+        number("/energy/kinetic"),
+        number("/peak_kinetic_j"),
+    )
+}

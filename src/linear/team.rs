@@ -1,0 +1,59 @@
+//! Threads that go through a computation in step.
+//!
+//! An iteration of conjugate gradients on a few thousand rows has three phases of 10 to 40 µs.
+//! Handing each phase to a thread pool costs about 25 µs of waking and gained nothing at two
+//! threads; threads that stay and spin at barriers share an iteration in 55 % of the time of one.
+
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
+
+/// A barrier at which threads spin.
+#[derive(Debug)]
+pub(super) struct Barrier {
+    threads: usize,
+    arrived: AtomicUsize,
+    round: AtomicUsize,
+}
+
+/// Turns of the spinning loop, some 15 µs, after which a thread gives its core away: the others may
+/// be waiting for one.
+const PATIENCE: u32 = 300;
+
+impl Barrier {
+    pub(super) fn new(threads: usize) -> Self {
+        Self { threads, arrived: AtomicUsize::new(0), round: AtomicUsize::new(0) }
+    }
+
+    /// Waits until every thread has come here.
+    pub(super) fn wait(&self) {
+        let round = self.round.load(Ordering::Acquire);
+        if self.arrived.fetch_add(1, Ordering::AcqRel) + 1 == self.threads {
+            self.arrived.store(0, Ordering::Relaxed);
+            self.round.store(round.wrapping_add(1), Ordering::Release);
+            return;
+        }
+        let mut turns = 0;
+        while self.round.load(Ordering::Acquire) == round {
+            turns += 1;
+            if turns < PATIENCE { std::hint::spin_loop() } else { std::thread::yield_now() }
+        }
+    }
+}
+
+/// One partial sum a chunk. Every thread adds them up in the same order, so all get the same bits.
+#[derive(Debug)]
+pub(super) struct Sums(Vec<AtomicU64>);
+
+impl Sums {
+    pub(super) fn new(chunks: usize) -> Self {
+        Self((0..chunks).map(|_| AtomicU64::new(0)).collect())
+    }
+
+    pub(super) fn set(&self, chunk: usize, sum: f64) {
+        self.0[chunk].store(sum.to_bits(), Ordering::Relaxed);
+    }
+
+    /// The sum over all chunks; a barrier must lie between this and the last [`Sums::set`].
+    pub(super) fn total(&self) -> f64 {
+        self.0.iter().map(|sum| f64::from_bits(sum.load(Ordering::Relaxed))).sum()
+    }
+}

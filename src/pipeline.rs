@@ -1,0 +1,246 @@
+//! Two named threads and the bounded channel between them.
+//!
+//! The simulation thread steps and builds owned frames; the logging thread records them. When the
+//! recorder is slower, the channel fills and the simulation waits: recording can slow a run down,
+//! but never change it. When the recorder fails, the run ends with its error.
+
+use crate::frame::{Capture, Event, Frame, Level};
+use crate::recorder::{RecordError, Recorded, Recorder};
+use crate::simulation::{Diverged, Simulation};
+use crossbeam_channel::{Receiver, Sender, bounded};
+use std::panic::resume_unwind;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::thread;
+use std::time::{Duration, Instant};
+
+/// Frames that may wait for the recorder: enough to ride out a slow write, at 120 kB each for a
+/// 60 × 60 sheet.
+const WAITING_FRAMES: usize = 8;
+
+/// What a run is to do.
+#[derive(Debug)]
+pub struct Plan<'a> {
+    /// Simulated time (s).
+    pub duration: f64,
+    /// Frames in a simulated second.
+    pub fps: f64,
+    /// Simulated time between checkpoints (s).
+    pub checkpoint: f64,
+    /// Threads of the simulation.
+    pub threads: usize,
+    /// Said in the first frame.
+    pub notes: Vec<String>,
+    /// Set from outside to end the run after the current step.
+    pub stop: &'a AtomicBool,
+}
+
+/// How a run went.
+#[derive(Debug)]
+pub struct Finished {
+    /// The simulation in its last good state.
+    pub simulation: Simulation,
+    /// What was recorded.
+    pub recorded: Recorded,
+    /// Why it ended early, if it diverged.
+    pub diverged: Option<Diverged>,
+    /// Whether it was stopped from outside.
+    pub stopped: bool,
+    /// Wall time spent in steps.
+    pub stepping: Duration,
+    /// Wall time of the whole run.
+    pub wall: Duration,
+}
+
+/// Why a run failed besides diverging.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum PipelineError {
+    /// The recorder failed.
+    #[error(transparent)]
+    Record(#[from] RecordError),
+    /// A thread can't be started.
+    #[error("cannot start a thread: {0}; close other programs or use --threads 1")]
+    Thread(String),
+}
+
+/// Where a run stands.
+#[derive(Clone, Copy, Debug)]
+pub struct Progress {
+    /// Simulated time (s).
+    pub time: f64,
+    /// Wall milliseconds in steps per simulated 1/60 s.
+    pub ms_per_frame: f64,
+    /// Largest strain so far.
+    pub strain_ever: f64,
+    /// Deepest penetration so far (m).
+    pub depth_ever: f64,
+    /// Frames that a live viewer missed so far.
+    pub dropped_live_frames: u64,
+}
+
+/// Runs a simulation to its end and records it. `report` is called after each captured frame.
+///
+/// # Errors
+///
+/// When the recorder fails or a thread can't be started.
+///
+/// # Panics
+///
+/// Passes on a panic of one of the threads, which is a bug.
+pub fn run(
+    simulation: Simulation,
+    capture: Capture,
+    recorder: &mut (dyn Recorder + Send),
+    plan: &Plan<'_>,
+    report: &mut (dyn FnMut(Progress) + Send),
+) -> Result<Finished, PipelineError> {
+    let start = Instant::now();
+    let (sender, receiver) = bounded(WAITING_FRAMES);
+    let dropped = AtomicU64::new(0);
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(plan.threads)
+        .thread_name(|i| format!("simulate-{i}"))
+        .build()
+        .map_err(|error| PipelineError::Thread(error.to_string()))?;
+    let thread_error = |error: std::io::Error| PipelineError::Thread(error.to_string());
+    let (stepped, recorded) = thread::scope(|scope| {
+        let recording = thread::Builder::new()
+            .name("record".to_owned())
+            .spawn_scoped(scope, || record(&receiver, recorder, &dropped))
+            .map_err(thread_error)?;
+        let run = Run { simulation, capture, sender, plan, dropped: &dropped, stepping: Duration::ZERO };
+        let stepping = thread::Builder::new()
+            .name("simulate".to_owned())
+            .spawn_scoped(scope, move || pool.install(|| run.simulate(report)))
+            .map_err(thread_error)?;
+        let stepped = stepping.join().unwrap_or_else(|panic| resume_unwind(panic));
+        let recorded = recording.join().unwrap_or_else(|panic| resume_unwind(panic));
+        Ok::<_, PipelineError>((stepped, recorded))
+    })?;
+    let (simulation, diverged, stepping) = stepped;
+    let stopped = plan.stop.load(Ordering::Relaxed);
+    Ok(Finished { simulation, recorded: recorded?, diverged, stopped, stepping, wall: start.elapsed() })
+}
+
+/// The logging thread: records until the simulation is done, and completes the recording.
+fn record(
+    receiver: &Receiver<Frame>,
+    recorder: &mut (dyn Recorder + Send),
+    dropped: &AtomicU64,
+) -> Result<Recorded, RecordError> {
+    for frame in receiver {
+        if let Err(error) = recorder.record(&frame) {
+            // Nobody listens any more: the simulation's next frame can't be sent, and it ends.
+            while receiver.try_recv().is_ok() {}
+            return recorder.finish().and(Err(error));
+        }
+        dropped.store(recorder.dropped_live_frames(), Ordering::Relaxed);
+    }
+    recorder.finish()
+}
+
+/// The simulation thread's side.
+struct Run<'a> {
+    simulation: Simulation,
+    capture: Capture,
+    sender: Sender<Frame>,
+    plan: &'a Plan<'a>,
+    dropped: &'a AtomicU64,
+    stepping: Duration,
+}
+
+impl Run<'_> {
+    /// Steps until the end, a divergence, a stop from outside, or a recorder that is gone.
+    fn simulate(mut self, report: &mut dyn FnMut(Progress)) -> (Simulation, Option<Diverged>, Duration) {
+        let mut diverged = None;
+        let mut schedule = Schedule::new(self.plan, self.simulation.dt());
+        let notes = self.plan.notes.iter().map(|note| event(Level::Info, note.clone())).collect();
+        let mut going = self.send(notes, true, report);
+        while going && !schedule.is_over(&self.simulation) {
+            let start = Instant::now();
+            let step = self.simulation.step();
+            self.stepping += start.elapsed();
+            if let Err(failure) = step {
+                let why = event(Level::Error, failure.to_string());
+                self.send(vec![why], true, report);
+                diverged = Some(failure);
+                break;
+            }
+            let stop = self.plan.stop.load(Ordering::Relaxed);
+            let last = stop || schedule.is_over(&self.simulation);
+            if let Some(with_checkpoint) = schedule.due(self.simulation.state().time, last) {
+                let said = if stop { vec![event(Level::Warning, "stopped by the user".to_owned())] } else { Vec::new() };
+                going = self.send(said, with_checkpoint, report);
+            }
+            going &= !stop;
+        }
+        (self.simulation, diverged, self.stepping)
+    }
+
+    /// Sends a frame of the current state; `false` when the recorder is gone.
+    fn send(&mut self, events: Vec<Event>, with_checkpoint: bool, report: &mut dyn FnMut(Progress)) -> bool {
+        let frame = self.capture.frame(&self.simulation, events, with_checkpoint);
+        let (time, stats) = (frame.time, self.simulation.stats());
+        report(Progress {
+            time,
+            ms_per_frame: ms_per_frame(self.stepping, time),
+            strain_ever: stats.strain_ever,
+            depth_ever: stats.depth_ever,
+            dropped_live_frames: self.dropped.load(Ordering::Relaxed),
+        });
+        self.sender.send(frame).is_ok()
+    }
+}
+
+/// Which steps are recorded.
+///
+/// Steps are never bent to frame times, which would make the recording a solver knob: frame k is the
+/// first state at or after k / fps.
+#[derive(Debug)]
+struct Schedule {
+    steps: f64,
+    fps: f64,
+    checkpoint: f64,
+    next_frame: f64,
+    next_checkpoint: f64,
+}
+
+/// A step that ends this share of a frame before its time still belongs to it: n dt and k / fps
+/// round differently.
+const GRACE: f64 = 1e-6;
+
+impl Schedule {
+    fn new(plan: &Plan<'_>, dt: f64) -> Self {
+        let steps = (plan.duration / dt - GRACE).ceil().max(1.0);
+        Self { steps, fps: plan.fps, checkpoint: plan.checkpoint, next_frame: 1.0, next_checkpoint: 1.0 }
+    }
+
+    #[expect(clippy::cast_precision_loss, reason = "steps stay far below 2⁵³")]
+    fn is_over(&self, simulation: &Simulation) -> bool {
+        simulation.stats().steps as f64 >= self.steps
+    }
+
+    /// Whether a state is recorded, and if so, whether with a checkpoint.
+    fn due(&mut self, time: f64, last: bool) -> Option<bool> {
+        let frame = time * self.fps + GRACE;
+        if frame < self.next_frame && !last {
+            return None;
+        }
+        self.next_frame = frame.floor() + 1.0;
+        let checkpoint = time / self.checkpoint + GRACE;
+        let with_checkpoint = last || checkpoint >= self.next_checkpoint;
+        if with_checkpoint {
+            self.next_checkpoint = checkpoint.floor() + 1.0;
+        }
+        Some(with_checkpoint)
+    }
+}
+
+fn event(level: Level, text: String) -> Event {
+    Event { level, text }
+}
+
+/// Wall milliseconds per simulated 1/60 s.
+pub fn ms_per_frame(stepping: Duration, simulated: f64) -> f64 {
+    if simulated > 0.0 { stepping.as_secs_f64() * 1000.0 / (simulated * 60.0) } else { 0.0 }
+}
