@@ -55,9 +55,8 @@ impl ImplicitEuler {
     }
 
     pub(super) fn advance(&mut self, model: &Model, contacts: &mut Contacts, dt: f64, state: &mut State) -> Solve {
-        self.assemble(model, dt, state);
         constrain(model, contacts, &mut self.constraints);
-        self.set_impulses(model, contacts, dt, state);
+        self.prepare(model, contacts, dt, state);
         self.guess(model, contacts, dt, state);
         let solve = self.solve(model, dt, state);
         self.update_grips(contacts, state);
@@ -67,31 +66,16 @@ impl ImplicitEuler {
         solve
     }
 
-    /// Fills the matrix, and the preconditioner with its diagonal blocks.
-    fn assemble(&mut self, model: &Model, dt: f64, state: &State) {
-        self.matrix.clear(&model.masses);
-        let mut slots = self.slots.iter();
-        for (law, slots) in model.stiffnesses().zip(slots.by_ref()) {
-            law.add_jacobian(state, dt * dt, &mut Assembly { matrix: &mut self.matrix, slots });
-        }
-        for (law, slots) in model.dampings().zip(slots) {
-            law.add_jacobian(state, dt, &mut Assembly { matrix: &mut self.matrix, slots });
-        }
-        self.matrix.diagonal(&mut self.inverse);
-    }
-
-    /// M v₀ + dt f(x₀), and the friction of particles that slide.
-    fn set_impulses(&mut self, model: &Model, contacts: &Contacts, dt: f64, state: &State) {
-        self.impulses.fill(DVec3::ZERO);
-        for force in model.forces() {
-            force.add_forces(state, &mut self.impulses);
-        }
-        for (impulse, (&m, &v)) in self.impulses.iter_mut().zip(model.masses.iter().zip(&state.velocities)) {
-            *impulse = *impulse * dt + v * m;
-        }
-        for (contact, grip) in pressed(model, contacts) {
-            self.impulses[contact.particle] += grip.drag;
-        }
+    /// Both sides of the equation; neither needs the other.
+    fn prepare(&mut self, model: &Model, contacts: &Contacts, dt: f64, state: &State) {
+        let Self { matrix, slots, inverse, impulses, .. } = self;
+        rayon::join(
+            || {
+                assemble(matrix, slots, model, dt, state);
+                matrix.diagonal(inverse);
+            },
+            || set_impulses(impulses, model, contacts, dt, state),
+        );
     }
 
     /// Inverts the preconditioner's blocks, and sets the velocities from which the solve starts: the
@@ -155,5 +139,31 @@ impl ImplicitEuler {
                 contacts.grips[i] = regrip(contact, grip, -self.solver.residual[i], state.velocities[i]);
             }
         }
+    }
+}
+
+/// M − dt ∂f/∂v − dt² ∂f/∂x.
+fn assemble(matrix: &mut PairMatrix, slots: &[Vec<u32>], model: &Model, dt: f64, state: &State) {
+    matrix.clear(&model.masses);
+    let mut slots = slots.iter();
+    for (law, slots) in model.stiffnesses().zip(slots.by_ref()) {
+        law.add_jacobian(state, dt * dt, &mut Assembly { matrix, slots });
+    }
+    for (law, slots) in model.dampings().zip(slots) {
+        law.add_jacobian(state, dt, &mut Assembly { matrix, slots });
+    }
+}
+
+/// M v₀ + dt f(x₀), and the friction of particles that slide.
+fn set_impulses(impulses: &mut [DVec3], model: &Model, contacts: &Contacts, dt: f64, state: &State) {
+    impulses.fill(DVec3::ZERO);
+    for force in model.forces() {
+        force.add_forces(state, impulses);
+    }
+    for (impulse, (&m, &v)) in impulses.iter_mut().zip(model.masses.iter().zip(&state.velocities)) {
+        *impulse = *impulse * dt + v * m;
+    }
+    for (contact, grip) in pressed(model, contacts) {
+        impulses[contact.particle] += grip.drag;
     }
 }
