@@ -17,7 +17,10 @@ pub struct Energies {
 impl Energies {
     /// The energies of a state of a model.
     pub fn of(model: &Model, state: &State) -> Self {
-        let mut energies = Self { kinetic: kinetic(model, state), ..Self::default() };
+        let mut energies = Self {
+            kinetic: kinetic(model, state),
+            ..Self::default()
+        };
         for force in model.forces() {
             match force.name() {
                 "gravitational" => energies.gravitational += force.energy(state),
@@ -29,7 +32,9 @@ impl Energies {
 
     /// Their sum (J).
     pub fn total(&self) -> f64 {
-        self.kinetic + self.gravitational + self.elastic.iter().map(|(_, energy)| energy).sum::<f64>()
+        self.kinetic
+            + self.gravitational
+            + self.elastic.iter().map(|(_, energy)| energy).sum::<f64>()
     }
 }
 
@@ -58,13 +63,20 @@ impl Ledger {
                 dissipated.push((damping.name(), 0.0));
             }
         }
-        Self { initial: Energies::of(model, state).total(), dissipated }
+        Self {
+            initial: Energies::of(model, state).total(),
+            dissipated,
+        }
     }
 
     /// Books what damping took during a step of `dt` (s) that ended with `state`.
     pub fn book(&mut self, model: &Model, state: &State, dt: f64) {
         for damping in model.dampings() {
-            if let Some(entry) = self.dissipated.iter_mut().find(|(name, _)| *name == damping.name()) {
+            if let Some(entry) = self
+                .dissipated
+                .iter_mut()
+                .find(|(name, _)| *name == damping.name())
+            {
                 entry.1 += damping.power(state) * dt;
             }
         }
@@ -73,6 +85,12 @@ impl Ledger {
     /// What the ledger doesn't explain (J): E(0) − E(t) − dissipated. Positive where contact,
     /// friction, strain limiting and the scheme itself took energy.
     pub fn residual(&self, energies: &Energies) -> f64 {
-        self.initial - energies.total() - self.dissipated.iter().map(|(_, energy)| energy).sum::<f64>()
+        self.initial
+            - energies.total()
+            - self
+                .dissipated
+                .iter()
+                .map(|(_, energy)| energy)
+                .sum::<f64>()
     }
 }

@@ -64,8 +64,15 @@ impl Model {
 
     /// Every damping.
     pub fn dampings(&self) -> impl Iterator<Item = &dyn Damping> {
-        let mass = self.mass_damping.iter().map(|damping| damping as &dyn Damping);
-        mass.chain(self.spring_damping.iter().map(|damping| damping as &dyn Damping))
+        let mass = self
+            .mass_damping
+            .iter()
+            .map(|damping| damping as &dyn Damping);
+        mass.chain(
+            self.spring_damping
+                .iter()
+                .map(|damping| damping as &dyn Damping),
+        )
     }
 
     /// Number of springs.
@@ -84,6 +91,8 @@ impl Model {
         self.cloths
             .iter()
             .find(|cloth| cloth.particles.contains(&particle))
-            .map_or(("", particle), |cloth| (cloth.name.as_str(), particle - cloth.particles.start))
+            .map_or(("", particle), |cloth| {
+                (cloth.name.as_str(), particle - cloth.particles.start)
+            })
     }
 }

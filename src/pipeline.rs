@@ -108,18 +108,34 @@ pub fn run(
             .name("record".to_owned())
             .spawn_scoped(scope, || record(&receiver, recorder, &dropped))
             .map_err(thread_error)?;
-        let run = Run { simulation, capture, sender, plan, dropped: &dropped, stepping: Duration::ZERO };
+        let run = Run {
+            simulation,
+            capture,
+            sender,
+            plan,
+            dropped: &dropped,
+            stepping: Duration::ZERO,
+        };
         let stepping = thread::Builder::new()
             .name("simulate".to_owned())
             .spawn_scoped(scope, move || pool.install(|| run.simulate(report)))
             .map_err(thread_error)?;
         let stepped = stepping.join().unwrap_or_else(|panic| resume_unwind(panic));
-        let recorded = recording.join().unwrap_or_else(|panic| resume_unwind(panic));
+        let recorded = recording
+            .join()
+            .unwrap_or_else(|panic| resume_unwind(panic));
         Ok::<_, PipelineError>((stepped, recorded))
     })?;
     let (simulation, diverged, stepping) = stepped;
     let stopped = plan.stop.load(Ordering::Relaxed);
-    Ok(Finished { simulation, recorded: recorded?, diverged, stopped, stepping, wall: start.elapsed() })
+    Ok(Finished {
+        simulation,
+        recorded: recorded?,
+        diverged,
+        stopped,
+        stepping,
+        wall: start.elapsed(),
+    })
 }
 
 /// The logging thread: records until the simulation is done, and completes the recording.
@@ -151,10 +167,18 @@ struct Run<'a> {
 
 impl Run<'_> {
     /// Steps until the end, a divergence, a stop from outside, or a recorder that is gone.
-    fn simulate(mut self, report: &mut dyn FnMut(Progress)) -> (Simulation, Option<Diverged>, Duration) {
+    fn simulate(
+        mut self,
+        report: &mut dyn FnMut(Progress),
+    ) -> (Simulation, Option<Diverged>, Duration) {
         let mut diverged = None;
         let mut schedule = Schedule::new(self.plan, self.simulation.dt());
-        let notes = self.plan.notes.iter().map(|note| event(Level::Info, note.clone())).collect();
+        let notes = self
+            .plan
+            .notes
+            .iter()
+            .map(|note| event(Level::Info, note.clone()))
+            .collect();
         let mut going = self.send(notes, true, report);
         while going && !schedule.is_over(&self.simulation) {
             let start = Instant::now();
@@ -169,7 +193,11 @@ impl Run<'_> {
             let stop = self.plan.stop.load(Ordering::Relaxed);
             let last = stop || schedule.is_over(&self.simulation);
             if let Some(with_checkpoint) = schedule.due(self.simulation.state().time, last) {
-                let said = if stop { vec![event(Level::Warning, "stopped by the user".to_owned())] } else { Vec::new() };
+                let said = if stop {
+                    vec![event(Level::Warning, "stopped by the user".to_owned())]
+                } else {
+                    Vec::new()
+                };
                 going = self.send(said, with_checkpoint, report);
             }
             going &= !stop;
@@ -178,8 +206,15 @@ impl Run<'_> {
     }
 
     /// Sends a frame of the current state; `false` when the recorder is gone.
-    fn send(&mut self, events: Vec<Event>, with_checkpoint: bool, report: &mut dyn FnMut(Progress)) -> bool {
-        let frame = self.capture.frame(&self.simulation, events, with_checkpoint);
+    fn send(
+        &mut self,
+        events: Vec<Event>,
+        with_checkpoint: bool,
+        report: &mut dyn FnMut(Progress),
+    ) -> bool {
+        let frame = self
+            .capture
+            .frame(&self.simulation, events, with_checkpoint);
         let (time, stats) = (frame.time, self.simulation.stats());
         report(Progress {
             time,
@@ -212,7 +247,13 @@ const GRACE: f64 = 1e-6;
 impl Schedule {
     fn new(plan: &Plan<'_>, dt: f64) -> Self {
         let steps = (plan.duration / dt - GRACE).ceil().max(1.0);
-        Self { steps, fps: plan.fps, checkpoint: plan.checkpoint, next_frame: 1.0, next_checkpoint: 1.0 }
+        Self {
+            steps,
+            fps: plan.fps,
+            checkpoint: plan.checkpoint,
+            next_frame: 1.0,
+            next_checkpoint: 1.0,
+        }
     }
 
     #[expect(clippy::cast_precision_loss, reason = "steps stay far below 2⁵³")]
@@ -242,5 +283,9 @@ fn event(level: Level, text: String) -> Event {
 
 /// Wall milliseconds per simulated 1/60 s.
 pub fn ms_per_frame(stepping: Duration, simulated: f64) -> f64 {
-    if simulated > 0.0 { stepping.as_secs_f64() * 1000.0 / (simulated * 60.0) } else { 0.0 }
+    if simulated > 0.0 {
+        stepping.as_secs_f64() * 1000.0 / (simulated * 60.0)
+    } else {
+        0.0
+    }
 }

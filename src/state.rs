@@ -17,13 +17,20 @@ impl State {
     /// A state at rest at time 0.
     pub fn at_rest(positions: Vec<DVec3>) -> Self {
         let velocities = vec![DVec3::ZERO; positions.len()];
-        Self { time: 0.0, positions, velocities }
+        Self {
+            time: 0.0,
+            positions,
+            velocities,
+        }
     }
 
     /// Index of the first particle whose position or velocity is not finite.
     pub fn first_non_finite(&self) -> Option<usize> {
         let finite = |(x, v): (&DVec3, &DVec3)| x.is_finite() && v.is_finite();
-        self.positions.iter().zip(&self.velocities).position(|pair| !finite(pair))
+        self.positions
+            .iter()
+            .zip(&self.velocities)
+            .position(|pair| !finite(pair))
     }
 
     /// Copies another state of the same size without allocating.

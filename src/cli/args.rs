@@ -68,9 +68,20 @@ pub(super) struct SceneArgs {
 impl SceneArgs {
     /// Every change to the scene as `key=value`.
     pub(super) fn changes(&self) -> Vec<String> {
-        let Self { integrator, dt, duration, fps, set, .. } = self;
+        let Self {
+            integrator,
+            dt,
+            duration,
+            fps,
+            set,
+            ..
+        } = self;
         let mut changes = set.clone();
-        changes.extend(integrator.as_ref().map(|name| format!("solver.integrator={name:?}")));
+        changes.extend(
+            integrator
+                .as_ref()
+                .map(|name| format!("solver.integrator={name:?}")),
+        );
         changes.extend(dt.map(|dt| format!("solver.dt={dt:?}")));
         changes.extend(duration.map(|duration| format!("duration={duration:?}")));
         changes.extend(fps.map(|fps| format!("record.fps={fps:?}")));
@@ -115,6 +126,11 @@ pub(super) struct ExportArgs {
     #[arg(long, value_name = "FILE")]
     pub(super) csv: PathBuf,
     /// `last`, or a time (s): the last checkpoint at or before it.
-    #[arg(long, value_name = "T|last", default_value = "last", allow_negative_numbers = true)]
+    #[arg(
+        long,
+        value_name = "T|last",
+        default_value = "last",
+        allow_negative_numbers = true
+    )]
     pub(super) at: String,
 }

@@ -9,15 +9,26 @@ use std::io::{BufWriter, Write as _};
 pub(super) fn run(args: &ExportArgs) -> Result<(), Failure> {
     let at = match args.at.as_str() {
         "last" => At::Last,
-        time => At::Time(time.parse().map_err(|_| Failure::Input(anyhow!("--at {time}: write `last` or seconds")))?),
+        time => At::Time(time.parse().map_err(|fault| {
+            Failure::Input(anyhow!("--at {time}: {fault}; write `last` or seconds"))
+        })?),
     };
     let checkpoint = read_checkpoint(&args.recording, at).map_err(Failure::input)?;
     let path = args.csv.display();
     let unwritable = || format!("{path} can't be written; choose another with --csv");
-    let file = std::fs::File::create(&args.csv).with_context(unwritable).map_err(Failure::Input)?;
+    let file = std::fs::File::create(&args.csv)
+        .with_context(unwritable)
+        .map_err(Failure::Input)?;
     let mut out = BufWriter::new(file);
-    write_csv(&checkpoint, &mut out).and_then(|()| out.flush()).with_context(unwritable).map_err(Failure::Run)?;
-    let rows: usize = checkpoint.cloths.iter().map(|cloth| cloth.particles.len()).sum();
+    write_csv(&checkpoint, &mut out)
+        .and_then(|()| out.flush())
+        .with_context(unwritable)
+        .map_err(Failure::Run)?;
+    let rows: usize = checkpoint
+        .cloths
+        .iter()
+        .map(|cloth| cloth.particles.len())
+        .sum();
     println!("{path}: {rows} particles at t = {} s", checkpoint.time);
     Ok(())
 }

@@ -11,6 +11,11 @@ pub(super) fn run(out: &Path) -> Result<(), Failure> {
     std::fs::write(out, mesh::write_obj(&mesh, about))
         .with_context(|| format!("{} can't be written; choose another path", out.display()))
         .map_err(Failure::Input)?;
-    println!("{}: {} vertices, {} triangles", out.display(), mesh.positions.len(), mesh.triangles.len());
+    println!(
+        "{}: {} vertices, {} triangles",
+        out.display(),
+        mesh.positions.len(),
+        mesh.triangles.len()
+    );
     Ok(())
 }

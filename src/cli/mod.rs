@@ -36,7 +36,11 @@ impl Failure {
 /// Runs the program; the exit code is 0 when done, 1 when the run failed, 2 for bad input.
 pub fn main() -> ExitCode {
     // Rerun reports trouble with its sinks only here.
-    tracing_subscriber::fmt().with_max_level(tracing::Level::WARN).with_writer(std::io::stderr).without_time().init();
+    tracing_subscriber::fmt()
+        .with_max_level(tracing::Level::WARN)
+        .with_writer(std::io::stderr)
+        .without_time()
+        .init();
     let Cli { command, run } = Cli::parse();
     let done = match command.unwrap_or(Command::Run(run)) {
         Command::Run(args) => run::run(&args),

@@ -34,7 +34,11 @@ impl Display {
 
     pub(super) fn show(&mut self, progress: Progress) {
         let share = (progress.time / self.duration).clamp(0.0, 1.0);
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "between 0 and TICKS")]
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "between 0 and TICKS"
+        )]
         let ticks = |parts: u64| (share * parts as f64) as u64;
         match &mut self.kind {
             Kind::Quiet => {}
@@ -63,7 +67,13 @@ impl Display {
 const TICKS: u64 = 1000;
 
 fn line(progress: Progress, duration: f64) -> String {
-    let Progress { time, ms_per_frame, strain_ever, depth_ever, dropped_live_frames } = progress;
+    let Progress {
+        time,
+        ms_per_frame,
+        strain_ever,
+        depth_ever,
+        dropped_live_frames,
+    } = progress;
     let mut line = format!(
         "{time:.2} of {duration:.2} s, {ms_per_frame:.1} ms a frame, strain at most {:.2} %, penetration at most {:.3} mm",
         100.0 * strain_ever,

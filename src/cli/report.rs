@@ -57,15 +57,28 @@ fn outcome(finished: &Finished) -> &'static str {
 fn stage_ms(finished: &Finished) -> Value {
     let stats = finished.simulation.stats();
     let steps = f64::from(u32::try_from(stats.steps.max(1)).unwrap_or(u32::MAX));
-    let mean = |(stage, name): (Stage, &str)| (name.to_owned(), json!(stats.times.of(stage).as_secs_f64() * 1000.0 / steps));
-    Stage::ALL.into_iter().map(mean).collect::<Map<_, _>>().into()
+    let mean = |(stage, name): (Stage, &str)| {
+        (
+            name.to_owned(),
+            json!(stats.times.of(stage).as_secs_f64() * 1000.0 / steps),
+        )
+    };
+    Stage::ALL
+        .into_iter()
+        .map(mean)
+        .collect::<Map<_, _>>()
+        .into()
 }
 
 fn energy(finished: &Finished) -> Value {
     let simulation = &finished.simulation;
     let energies = Energies::of(simulation.model(), simulation.state());
     let ledger = simulation.ledger();
-    let named = |list: &[(&str, f64)]| list.iter().map(|(name, joules)| ((*name).to_owned(), json!(joules))).collect::<Map<_, _>>();
+    let named = |list: &[(&str, f64)]| {
+        list.iter()
+            .map(|(name, joules)| ((*name).to_owned(), json!(joules)))
+            .collect::<Map<_, _>>()
+    };
     json!({
         "kinetic": energies.kinetic,
         "gravitational": energies.gravitational,
@@ -78,7 +91,12 @@ fn energy(finished: &Finished) -> Value {
 
 /// A few lines for people.
 pub(super) fn summary(report: &Value) -> String {
-    let number = |path: &str| report.pointer(path).and_then(Value::as_f64).unwrap_or(f64::NAN);
+    let number = |path: &str| {
+        report
+            .pointer(path)
+            .and_then(Value::as_f64)
+            .unwrap_or(f64::NAN)
+    };
     format!(
         "{}: {} after {:.3} s simulated in {:.1} s, {:.1} ms per 1/60 s\n\
          largest strain ever {:.2} %, deepest penetration ever {:.3} mm, kinetic energy {:.2e} J (peak {:.2e} J)",

@@ -36,7 +36,13 @@ pub(super) fn run(args: &RunArgs) -> Result<(), Failure> {
         stop: &stop,
     };
     let mut display = Display::new(plan.duration, args.quiet);
-    let finished = pipeline::run(simulation, capture, recorder.as_mut(), &plan, &mut |progress| display.show(progress));
+    let finished = pipeline::run(
+        simulation,
+        capture,
+        recorder.as_mut(),
+        &plan,
+        &mut |progress| display.show(progress),
+    );
     display.finish();
     let finished = finished.map_err(Failure::run)?;
     conclude(args, &loaded, threads, &finished, report_file)
@@ -49,7 +55,9 @@ pub(super) fn prepare(args: &SceneArgs) -> Result<(LoadedScene, Simulation, Vec<
     let solver = &loaded.scene.solver;
     let integrator = match solver.integrator {
         IntegratorName::SymplecticEuler => Integrator::SymplecticEuler,
-        IntegratorName::ImplicitEuler => Integrator::ImplicitEuler { linear_tolerance: solver.linear_tolerance },
+        IntegratorName::ImplicitEuler => Integrator::ImplicitEuler {
+            linear_tolerance: solver.linear_tolerance,
+        },
     };
     let simulation = Simulation::new(built.model, built.state, integrator, solver.dt);
     Ok((loaded, simulation, built.notes))
@@ -58,7 +66,9 @@ pub(super) fn prepare(args: &SceneArgs) -> Result<(LoadedScene, Simulation, Vec<
 /// Threads of the simulation: as asked, or one a core.
 pub(super) fn threads(args: &SceneArgs) -> Result<usize, Failure> {
     match args.threads {
-        Some(0) => Err(Failure::Input(anyhow!("--threads 0: at least one thread is needed"))),
+        Some(0) => Err(Failure::Input(anyhow!(
+            "--threads 0: at least one thread is needed"
+        ))),
         Some(threads) => Ok(threads),
         None => Ok(std::thread::available_parallelism().map_or(1, std::num::NonZero::get)),
     }
@@ -91,17 +101,28 @@ fn recorder(args: &RunArgs, header: &Header) -> Result<Box<dyn Recorder + Send>,
 fn recorder(args: &RunArgs, header: &Header) -> Result<Box<dyn Recorder + Send>, Failure> {
     let live = args.connect.is_some() || args.serve.is_some() || args.spawn;
     if live || save_path(args, header).is_some() {
-        return Err(Failure::Input(anyhow!("this muslin was built without Rerun: use --no-save, or build with default features")));
+        return Err(Failure::Input(anyhow!(
+            "this muslin was built without Rerun: use --no-save, or build with default features"
+        )));
     }
     Ok(Box::new(DiscardRecorder))
 }
 
 fn save_path(args: &RunArgs, header: &Header) -> Option<PathBuf> {
-    (!args.no_save).then(|| args.save.clone().unwrap_or_else(|| format!("{}.rrd", header.scene).into()))
+    (!args.no_save).then(|| {
+        args.save
+            .clone()
+            .unwrap_or_else(|| format!("{}.rrd", header.scene).into())
+    })
 }
 
 fn create(path: &Path) -> Result<File, Failure> {
-    let file = File::create(path).with_context(|| format!("{} can't be written; choose another with --report", path.display()));
+    let file = File::create(path).with_context(|| {
+        format!(
+            "{} can't be written; choose another with --report",
+            path.display()
+        )
+    });
     file.map_err(Failure::Input)
 }
 
@@ -129,12 +150,17 @@ fn conclude(
 ) -> Result<(), Failure> {
     let report = report::report(&loaded.scene.name, threads, finished);
     if let Some(file) = report_file {
-        serde_json::to_writer_pretty(file, &report).context("the report can't be written").map_err(Failure::Run)?;
+        serde_json::to_writer_pretty(file, &report)
+            .context("the report can't be written")
+            .map_err(Failure::Run)?;
     }
     if !args.quiet {
         println!("{}", report::summary(&report));
         if finished.recorded.dropped_live_frames > 0 {
-            println!("{} live frames dropped; the file has them all", finished.recorded.dropped_live_frames);
+            println!(
+                "{} live frames dropped; the file has them all",
+                finished.recorded.dropped_live_frames
+            );
         }
     }
     match &finished.diverged {

@@ -24,7 +24,10 @@ pub struct Contact {
 impl Contact {
     /// The half space outside the obstacle's tangent plane.
     pub fn wall(&self) -> Wall {
-        Wall { normal: self.normal, offset: self.normal.dot(self.at) - self.distance }
+        Wall {
+            normal: self.normal,
+            offset: self.normal.dot(self.at) - self.distance,
+        }
     }
 }
 
@@ -51,11 +54,17 @@ pub struct Contacts {
 impl Contacts {
     /// No contact among `particles` particles.
     pub fn none(particles: usize) -> Self {
-        Self { list: Vec::new(), grips: vec![Grip::default(); particles] }
+        Self {
+            list: Vec::new(),
+            grips: vec![Grip::default(); particles],
+        }
     }
 
     /// Depth of the deepest particle below an obstacle's surface (m); 0 when all are outside.
     pub fn deepest(&self) -> f64 {
-        self.list.iter().map(|contact| -contact.distance).fold(0.0, f64::max)
+        self.list
+            .iter()
+            .map(|contact| -contact.distance)
+            .fold(0.0, f64::max)
     }
 }

@@ -15,7 +15,7 @@ const NEGLIGIBLE: f64 = 1e-6;
 /// Stops particles where they met a surface, moves those that are inside out of it, and takes away
 /// the approach of all that came too close; returns the number of the former two.
 ///
-/// v ← v − min(0, v·n) n;  v_t ← v_t max(0, 1 − μ Δv_n / |v_t|)
+/// v ← v − min(0, v·n) n;  vₜ ← vₜ max(0, 1 − μ Δvₙ / |vₜ|)
 ///
 /// Restitution is 0. The way out is not turned into velocity, so that cloth that starts inside a
 /// body leaves it without being thrown. With `spread`, particles outside the surface but within the
@@ -23,7 +23,12 @@ const NEGLIGIBLE: f64 = 1e-6;
 /// come to rest in the middle.
 ///
 /// Source: Bridson, Fedkiw and Anderson 2002 (friction).
-pub fn respond(contacts: &mut Contacts, model: Masses<'_>, spread: bool, state: &mut State) -> usize {
+pub fn respond(
+    contacts: &mut Contacts,
+    model: Masses<'_>,
+    spread: bool,
+    state: &mut State,
+) -> usize {
     let mut stopped = 0;
     for contact in &contacts.list {
         let i = contact.particle;
@@ -82,14 +87,31 @@ mod tests {
     use super::*;
     use crate::collision::Contact;
 
-    const MASSES: Masses<'_> = Masses { masses: &[0.1], inverse: &[10.0] };
+    const MASSES: Masses<'_> = Masses {
+        masses: &[0.1],
+        inverse: &[10.0],
+    };
 
     fn one(distance: f64, velocity: DVec3) -> (Contacts, State) {
         let mut contacts = Contacts::none(1);
         let gap = distance - 0.003;
-        let contact = Contact { particle: 0, at: DVec3::ZERO, normal: DVec3::Y, gap, distance, friction: 0.5 };
+        let contact = Contact {
+            particle: 0,
+            at: DVec3::ZERO,
+            normal: DVec3::Y,
+            gap,
+            distance,
+            friction: 0.5,
+        };
         contacts.list.push(contact);
-        (contacts, State { time: 0.0, positions: vec![DVec3::ZERO], velocities: vec![velocity] })
+        (
+            contacts,
+            State {
+                time: 0.0,
+                positions: vec![DVec3::ZERO],
+                velocities: vec![velocity],
+            },
+        )
     }
 
     #[test]

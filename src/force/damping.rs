@@ -37,11 +37,18 @@ impl Damping for MassDamping {
     }
 
     fn power(&self, state: &State) -> f64 {
-        self.drag.iter().zip(&state.velocities).map(|(c, v)| c * v.length_squared()).sum()
+        self.drag
+            .iter()
+            .zip(&state.velocities)
+            .map(|(c, v)| c * v.length_squared())
+            .sum()
     }
 
     fn add_forces(&self, state: &State, forces: &mut [DVec3]) {
-        for (force, (&c, &v)) in forces.iter_mut().zip(self.drag.iter().zip(&state.velocities)) {
+        for (force, (&c, &v)) in forces
+            .iter_mut()
+            .zip(self.drag.iter().zip(&state.velocities))
+        {
             *force -= v * c;
         }
     }
@@ -57,7 +64,7 @@ impl Damping for MassDamping {
     }
 }
 
-/// Force of a damper on its first particle (N): f_i = c d̂ (d̂ · Δv), with Δv = v_j − v_i.
+/// Force of a damper on its first particle (N): fᵢ = c d̂ (d̂ · Δv), with Δv = vⱼ − vᵢ.
 ///
 /// Zero when |d| = 0.
 #[inline]
@@ -82,12 +89,19 @@ pub struct SpringDamping {
 
 impl SpringDamping {
     /// Ends, span (m), relative velocity (m/s) and damping c (N·s/m) of each damper.
-    fn each<'a>(&'a self, state: &'a State) -> impl Iterator<Item = ([u32; 2], DVec3, DVec3, f64)> + 'a {
-        self.springs.springs.iter().zip(&self.times).map(|(spring, time)| {
-            let d = spring.span(&state.positions);
-            let v = spring.span(&state.velocities);
-            (spring.ends, d, v, time * spring.stiffness)
-        })
+    fn each<'a>(
+        &'a self,
+        state: &'a State,
+    ) -> impl Iterator<Item = ([u32; 2], DVec3, DVec3, f64)> + 'a {
+        self.springs
+            .springs
+            .iter()
+            .zip(&self.times)
+            .map(|(spring, time)| {
+                let d = spring.span(&state.positions);
+                let v = spring.span(&state.velocities);
+                (spring.ends, d, v, time * spring.stiffness)
+            })
     }
 }
 
@@ -97,7 +111,9 @@ impl Damping for SpringDamping {
     }
 
     fn power(&self, state: &State) -> f64 {
-        self.each(state).map(|(_, d, v, c)| damper_force(d, v, c).dot(v)).sum()
+        self.each(state)
+            .map(|(_, d, v, c)| damper_force(d, v, c).dot(v))
+            .sum()
     }
 
     fn add_forces(&self, state: &State, forces: &mut [DVec3]) {
@@ -109,14 +125,25 @@ impl Damping for SpringDamping {
     }
 
     fn pairs(&self) -> Vec<[u32; 2]> {
-        self.springs.springs.iter().map(|spring| spring.ends).collect()
+        self.springs
+            .springs
+            .iter()
+            .map(|spring| spring.ends)
+            .collect()
     }
 
     fn add_jacobian(&self, state: &State, scale: f64, assembly: &mut Assembly<'_>) {
         for (element, (_, d, _, c)) in self.each(state).enumerate() {
             let length_squared = d.length_squared();
             if length_squared > 0.0 {
-                assembly.add(element, PairBlock { a: 0.0, e: scale * c / length_squared, d });
+                assembly.add(
+                    element,
+                    PairBlock {
+                        a: 0.0,
+                        e: scale * c / length_squared,
+                        d,
+                    },
+                );
             }
         }
     }
@@ -129,14 +156,27 @@ mod tests {
     use glam::dvec3;
 
     fn pair() -> (SpringDamping, State) {
-        let spring = Spring { ends: [0, 1], rest_length: 1.0, stiffness: 50.0 };
-        let springs = SpringBatch { family: "structural", springs: vec![spring] };
+        let spring = Spring {
+            ends: [0, 1],
+            rest_length: 1.0,
+            stiffness: 50.0,
+        };
+        let springs = SpringBatch {
+            family: "structural",
+            springs: vec![spring],
+        };
         let state = State {
             time: 0.0,
             positions: vec![dvec3(0.1, 0.2, 0.3), dvec3(0.9, -0.4, 0.5)],
             velocities: vec![dvec3(1.0, 0.0, -2.0), dvec3(0.5, 0.7, 0.1)],
         };
-        (SpringDamping { springs, times: vec![0.01] }, state)
+        (
+            SpringDamping {
+                springs,
+                times: vec![0.01],
+            },
+            state,
+        )
     }
 
     #[test]
@@ -145,12 +185,26 @@ mod tests {
         let mut forces = vec![DVec3::ZERO; 2];
         damping.add_forces(&state, &mut forces);
         assert!((forces[0] + forces[1]).length() < 1e-15);
-        let torque: DVec3 = state.positions.iter().zip(&forces).map(|(x, f)| x.cross(*f)).sum();
+        let torque: DVec3 = state
+            .positions
+            .iter()
+            .zip(&forces)
+            .map(|(x, f)| x.cross(*f))
+            .sum();
         assert!(torque.length() < 1e-15);
-        let work: f64 = state.velocities.iter().zip(&forces).map(|(v, f)| v.dot(*f)).sum();
+        let work: f64 = state
+            .velocities
+            .iter()
+            .zip(&forces)
+            .map(|(v, f)| v.dot(*f))
+            .sum();
         assert!((damping.power(&state) + work).abs() < 1e-14 && work < 0.0);
         let spin = dvec3(0.3, -0.8, 1.1);
-        state.velocities = state.positions.iter().map(|&x| spin.cross(x) + DVec3::X).collect();
+        state.velocities = state
+            .positions
+            .iter()
+            .map(|&x| spin.cross(x) + DVec3::X)
+            .collect();
         assert!(damping.power(&state) < 1e-28);
     }
 
@@ -160,7 +214,14 @@ mod tests {
         let pairs = damping.pairs();
         let mut matrix = crate::linear::PairMatrix::with_pattern(2, pairs.iter().copied());
         let slots = [0];
-        damping.add_jacobian(&state, 1.0, &mut Assembly { matrix: &mut matrix, slots: &slots });
+        damping.add_jacobian(
+            &state,
+            1.0,
+            &mut Assembly {
+                matrix: &mut matrix,
+                slots: &slots,
+            },
+        );
         for axis in [DVec3::X, DVec3::Y, DVec3::Z] {
             let mut moved = state.clone();
             moved.velocities[0] += axis;

@@ -7,7 +7,7 @@ mod damping;
 mod gravity;
 mod spring;
 
-pub use damping::{Damping, MassDamping, SpringDamping};
+pub use damping::{Damping, MassDamping, SpringDamping, damper_force};
 pub use gravity::Gravity;
 pub use spring::{Spring, SpringBatch, energy, force, jacobian, jacobian_definite};
 

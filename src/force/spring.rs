@@ -5,13 +5,13 @@ use crate::linear::{Assembly, PairBlock};
 use crate::state::State;
 use glam::DVec3;
 
-/// Energy of a spring (J): E = ½ k (|d| − ℓ₀)² with d = x_j − x_i.
+/// Energy of a spring (J): E = ½ k (|d| − ℓ₀)² with d = xⱼ − xᵢ.
 pub fn energy(d: DVec3, stiffness: f64, rest_length: f64) -> f64 {
     let stretch = d.length() - rest_length;
     0.5 * stiffness * stretch * stretch
 }
 
-/// Force of a spring on its first particle (N): f_i = k (|d| − ℓ₀) d/|d| with d = x_j − x_i.
+/// Force of a spring on its first particle (N): fᵢ = k (|d| − ℓ₀) d/|d| with d = xⱼ − xᵢ.
 ///
 /// Zero when |d| = 0, where the direction is undefined.
 ///
@@ -19,10 +19,14 @@ pub fn energy(d: DVec3, stiffness: f64, rest_length: f64) -> f64 {
 #[inline]
 pub fn force(d: DVec3, stiffness: f64, rest_length: f64) -> DVec3 {
     let length = d.length();
-    if length > 0.0 { d * (stiffness * (1.0 - rest_length / length)) } else { DVec3::ZERO }
+    if length > 0.0 {
+        d * (stiffness * (1.0 - rest_length / length))
+    } else {
+        DVec3::ZERO
+    }
 }
 
-/// −∂f_i/∂x_i of a spring (N/m): k [d̂ d̂ᵀ + (1 − ℓ₀/|d|)(1 − d̂ d̂ᵀ)].
+/// −∂fᵢ/∂xᵢ of a spring (N/m): k [d̂ d̂ᵀ + (1 − ℓ₀/|d|)(1 − d̂ d̂ᵀ)].
 ///
 /// Negative across a compressed spring. At |d| = 0, where the force has no derivative, k·1: the
 /// spring resists every direction in which its ends may part.
@@ -43,10 +47,18 @@ pub fn jacobian_definite(d: DVec3, stiffness: f64, rest_length: f64) -> PairBloc
 fn block(d: DVec3, stiffness: f64, rest_length: f64, across_least: f64) -> PairBlock {
     let length_squared = d.length_squared();
     if length_squared == 0.0 {
-        return PairBlock { a: stiffness, e: 0.0, d };
+        return PairBlock {
+            a: stiffness,
+            e: 0.0,
+            d,
+        };
     }
     let across = (1.0 - rest_length / length_squared.sqrt()).max(across_least);
-    PairBlock { a: stiffness * across, e: stiffness * (1.0 - across) / length_squared, d }
+    PairBlock {
+        a: stiffness * across,
+        e: stiffness * (1.0 - across) / length_squared,
+        d,
+    }
 }
 
 /// One spring.
@@ -91,13 +103,23 @@ impl Force for SpringBatch {
     fn energy(&self, state: &State) -> f64 {
         self.springs
             .iter()
-            .map(|spring| energy(spring.span(&state.positions), spring.stiffness, spring.rest_length))
+            .map(|spring| {
+                energy(
+                    spring.span(&state.positions),
+                    spring.stiffness,
+                    spring.rest_length,
+                )
+            })
             .sum()
     }
 
     fn add_forces(&self, state: &State, forces: &mut [DVec3]) {
         for spring in &self.springs {
-            let f = force(spring.span(&state.positions), spring.stiffness, spring.rest_length);
+            let f = force(
+                spring.span(&state.positions),
+                spring.stiffness,
+                spring.rest_length,
+            );
             forces[spring.ends[0] as usize] += f;
             forces[spring.ends[1] as usize] -= f;
         }
@@ -136,10 +158,18 @@ mod tests {
             let (f, j) = (force(d, k, rest), jacobian(d, k, rest).to_matrix());
             for axis in AXES {
                 // f acts on the first particle and d points away from it: f = +∂E/∂d.
-                let slope = (energy(d + axis * h, k, rest) - energy(d - axis * h, k, rest)) / (2.0 * h);
-                assert!((slope - f.dot(axis)).abs() < 1e-6 * k * rest, "{slope} against {f} along {axis}");
-                let column = (force(d + axis * h, k, rest) - force(d - axis * h, k, rest)) / (2.0 * h);
-                assert!((column - j * axis).length() < 1e-6 * k, "{column} against {j} along {axis}");
+                let slope =
+                    (energy(d + axis * h, k, rest) - energy(d - axis * h, k, rest)) / (2.0 * h);
+                assert!(
+                    (slope - f.dot(axis)).abs() < 1e-6 * k * rest,
+                    "{slope} against {f} along {axis}"
+                );
+                let column =
+                    (force(d + axis * h, k, rest) - force(d - axis * h, k, rest)) / (2.0 * h);
+                assert!(
+                    (column - j * axis).length() < 1e-6 * k,
+                    "{column} against {j} along {axis}"
+                );
             }
         }
     }
@@ -147,7 +177,10 @@ mod tests {
     #[test]
     fn definite_jacobian_is_the_exact_one_when_stretched_and_definite_when_not() {
         let stretched = DVec3::new(0.2, 0.3, -0.1);
-        assert_eq!(jacobian(stretched, 5.0, 0.1), jacobian_definite(stretched, 5.0, 0.1));
+        assert_eq!(
+            jacobian(stretched, 5.0, 0.1),
+            jacobian_definite(stretched, 5.0, 0.1)
+        );
         let compressed = jacobian_definite(stretched, 5.0, 1.0).to_matrix();
         for axis in AXES {
             assert!(axis.dot(compressed * axis) >= 0.0);

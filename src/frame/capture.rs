@@ -1,8 +1,8 @@
 //! Taking frames from a simulation.
 
 use super::{
-    Checkpoint, ClothCheckpoint, ClothFrame, ClothHeader, ContactMark, Event, Frame, Header, Histogram,
-    ObstacleHeader, Series, SpringDetail, SpringFamily,
+    Checkpoint, ClothCheckpoint, ClothFrame, ClothHeader, ContactMark, Event, Frame, Header,
+    Histogram, ObstacleHeader, Series, SpringDetail, SpringFamily,
 };
 use crate::energy::Energies;
 use crate::mesh::TriMesh;
@@ -29,8 +29,16 @@ impl Capture {
     pub fn new(loaded: &LoadedScene, simulation: &Simulation) -> (Self, Header) {
         let record = &loaded.scene.record;
         let model = simulation.model();
-        let springs = model.cloths.iter().map(|cloth| springs_of(cloth, simulation)).collect();
-        let capture = Self { springs, strain_range: record.strain_range, frames: 0 };
+        let springs = model
+            .cloths
+            .iter()
+            .map(|cloth| springs_of(cloth, simulation))
+            .collect();
+        let capture = Self {
+            springs,
+            strain_range: record.strain_range,
+            frames: 0,
+        };
         let header = Header {
             scene: loaded.scene.name.clone(),
             scene_toml: loaded.text.clone(),
@@ -41,30 +49,56 @@ impl Capture {
                 SpringDetailName::All => SpringDetail::All,
                 SpringDetailName::Auto => SpringDetail::Auto,
             },
-            cloths: model.cloths.iter().zip(&capture.springs).map(|(c, s)| cloth_header(c, s, simulation)).collect(),
-            obstacles: model.obstacles.iter().map(|o| obstacle_header(&o.name, &o.mesh)).collect(),
-            series: series(simulation).into_iter().map(|(path, label, _)| Series { path, label }).collect(),
+            cloths: model
+                .cloths
+                .iter()
+                .zip(&capture.springs)
+                .map(|(c, s)| cloth_header(c, s, simulation))
+                .collect(),
+            obstacles: model
+                .obstacles
+                .iter()
+                .map(|o| obstacle_header(&o.name, &o.mesh))
+                .collect(),
+            series: series(simulation)
+                .into_iter()
+                .map(|(path, label, _)| Series { path, label })
+                .collect(),
         };
         (capture, header)
     }
 
     /// The frame of the current state.
-    pub fn frame(&mut self, simulation: &Simulation, events: Vec<Event>, with_checkpoint: bool) -> Frame {
+    pub fn frame(
+        &mut self,
+        simulation: &Simulation,
+        events: Vec<Event>,
+        with_checkpoint: bool,
+    ) -> Frame {
         let state = simulation.state();
         let index = self.frames;
         self.frames += 1;
         let cloths = simulation.model().cloths.iter().zip(&self.springs);
-        let contacts = simulation.contacts().list.iter().map(|contact| ContactMark {
-            position: point(state.positions[contact.particle]),
-            depth: single((-contact.distance).max(0.0)),
-        });
+        let contacts = simulation
+            .contacts()
+            .list
+            .iter()
+            .map(|contact| ContactMark {
+                position: point(state.positions[contact.particle]),
+                depth: single((-contact.distance).max(0.0)),
+            });
         Frame {
             index,
             step: simulation.stats().steps,
             time: state.time,
-            cloths: cloths.map(|(cloth, springs)| cloth_frame(cloth, springs, simulation)).collect(),
+            cloths: cloths
+                .map(|(cloth, springs)| cloth_frame(cloth, springs, simulation))
+                .collect(),
             contacts: contacts.collect(),
-            values: series(simulation).into_iter().map(|(_, _, value)| value).collect(),
+            values: series(simulation)
+                .into_iter()
+                .map(|(_, _, value)| value)
+                .collect(),
             histogram: histogram(simulation, self.strain_range),
             events,
             checkpoint: with_checkpoint.then(|| checkpoint(simulation)),
@@ -77,26 +111,43 @@ fn springs_of(cloth: &Cloth, simulation: &Simulation) -> Vec<(usize, Vec<usize>)
     let batches = simulation.model().springs.iter().enumerate();
     let own = batches.map(|(batch, family)| {
         let springs = family.springs.iter().enumerate();
-        let inside = springs.filter(|(_, spring)| cloth.particles.contains(&(spring.ends[0] as usize)));
+        let inside =
+            springs.filter(|(_, spring)| cloth.particles.contains(&(spring.ends[0] as usize)));
         (batch, inside.map(|(spring, _)| spring).collect::<Vec<_>>())
     });
     own.filter(|(_, springs)| !springs.is_empty()).collect()
 }
 
-fn cloth_header(cloth: &Cloth, springs: &[(usize, Vec<usize>)], simulation: &Simulation) -> ClothHeader {
+fn cloth_header(
+    cloth: &Cloth,
+    springs: &[(usize, Vec<usize>)],
+    simulation: &Simulation,
+) -> ClothHeader {
     let model = simulation.model();
     let first = cloth.particles.start;
     let local = |particle: u32| index(particle as usize - first);
     let families = springs.iter().map(|(batch, springs)| SpringFamily {
         name: model.springs[*batch].family,
-        pairs: springs.iter().map(|&spring| model.springs[*batch].springs[spring].ends.map(local)).collect(),
+        pairs: springs
+            .iter()
+            .map(|&spring| model.springs[*batch].springs[spring].ends.map(local))
+            .collect(),
     });
     ClothHeader {
         name: cloth.name.clone(),
         particles: cloth.particles.len(),
-        triangles: cloth.triangles.iter().map(|triangle| triangle.map(local)).collect(),
+        triangles: cloth
+            .triangles
+            .iter()
+            .map(|triangle| triangle.map(local))
+            .collect(),
         springs: families.collect(),
-        pins: cloth.particles.clone().filter(|&i| model.is_pinned(i)).map(|i| index(i - first)).collect(),
+        pins: cloth
+            .particles
+            .clone()
+            .filter(|&i| model.is_pinned(i))
+            .map(|i| index(i - first))
+            .collect(),
     }
 }
 
@@ -108,7 +159,11 @@ fn obstacle_header(name: &str, mesh: &TriMesh) -> ObstacleHeader {
     }
 }
 
-fn cloth_frame(cloth: &Cloth, springs: &[(usize, Vec<usize>)], simulation: &Simulation) -> ClothFrame {
+fn cloth_frame(
+    cloth: &Cloth,
+    springs: &[(usize, Vec<usize>)],
+    simulation: &Simulation,
+) -> ClothFrame {
     let positions = &simulation.state().positions;
     let mut sums = vec![(0.0_f64, 0.0_f64); cloth.particles.len()];
     let spring_strain = springs.iter().map(|(batch, springs)| {
@@ -128,8 +183,14 @@ fn cloth_frame(cloth: &Cloth, springs: &[(usize, Vec<usize>)], simulation: &Simu
     });
     let spring_strain = spring_strain.collect();
     ClothFrame {
-        positions: positions[cloth.particles.clone()].iter().map(|&p| point(p)).collect(),
-        strain: sums.iter().map(|(sum, count)| single(sum / count.max(1.0))).collect(),
+        positions: positions[cloth.particles.clone()]
+            .iter()
+            .map(|&p| point(p))
+            .collect(),
+        strain: sums
+            .iter()
+            .map(|(sum, count)| single(sum / count.max(1.0)))
+            .collect(),
         spring_strain,
     }
 }
@@ -141,7 +202,11 @@ fn series(simulation: &Simulation) -> Vec<(String, String, f64)> {
     let mut all = Vec::new();
     let mut add = |path: String, label: String, value: f64| all.push((path, label, value));
     let mut energy = |name: &str, value: f64| {
-        add(format!("energy/{name}"), format!("{} (J)", name.replace('_', " ")), value);
+        add(
+            format!("energy/{name}"),
+            format!("{} (J)", name.replace('_', " ")),
+            value,
+        );
     };
     energy("kinetic", energies.kinetic);
     energy("gravitational", energies.gravitational);
@@ -152,13 +217,33 @@ fn series(simulation: &Simulation) -> Vec<(String, String, f64)> {
     for (cause, value) in &simulation.ledger().dissipated {
         energy(&format!("dissipated_by_{cause}"), *value);
     }
-    add("strain/max".into(), "largest strain (m/m)".into(), stats.strain);
-    add("strain/mean".into(), "mean |strain| (m/m)".into(), mean_strain(simulation));
+    add(
+        "strain/max".into(),
+        "largest strain (m/m)".into(),
+        stats.strain,
+    );
+    add(
+        "strain/mean".into(),
+        "mean |strain| (m/m)".into(),
+        mean_strain(simulation),
+    );
     if !model.obstacles.is_empty() {
-        add("contact/depth".into(), "deepest penetration (m)".into(), stats.depth);
-        add("contact/count".into(), "particles in contact".into(), f64::from(index(simulation.contacts().list.len())));
+        add(
+            "contact/depth".into(),
+            "deepest penetration (m)".into(),
+            stats.depth,
+        );
+        add(
+            "contact/count".into(),
+            "particles in contact".into(),
+            f64::from(index(simulation.contacts().list.len())),
+        );
     }
-    add("solver/iterations".into(), "solver iterations a step".into(), f64::from(stats.solve.iterations));
+    add(
+        "solver/iterations".into(),
+        "solver iterations a step".into(),
+        f64::from(stats.solve.iterations),
+    );
     all
 }
 
@@ -166,7 +251,9 @@ fn series(simulation: &Simulation) -> Vec<(String, String, f64)> {
 pub fn mean_strain(simulation: &Simulation) -> f64 {
     let positions = &simulation.state().positions;
     let springs = simulation.model().weave().flat_map(|batch| &batch.springs);
-    let (sum, count) = springs.fold((0.0, 0.0), |(sum, count), s| (sum + s.strain(positions).abs(), count + 1.0));
+    let (sum, count) = springs.fold((0.0, 0.0), |(sum, count), s| {
+        (sum + s.strain(positions).abs(), count + 1.0)
+    });
     sum / f64::max(count, 1.0)
 }
 
@@ -175,12 +262,22 @@ fn histogram(simulation: &Simulation, range: f64) -> Histogram {
     let mut counts = vec![0; CLASSES as usize];
     let positions = &simulation.state().positions;
     for spring in simulation.model().weave().flat_map(|batch| &batch.springs) {
-        let class = ((spring.strain(positions) + range) / width).round().clamp(0.0, f64::from(CLASSES - 1));
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped just above")]
+        let class = ((spring.strain(positions) + range) / width)
+            .round()
+            .clamp(0.0, f64::from(CLASSES - 1));
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "clamped just above"
+        )]
         let class = class as usize;
         counts[class] += 1;
     }
-    Histogram { first: single(-range), width: single(width), counts }
+    Histogram {
+        first: single(-range),
+        width: single(width),
+        counts,
+    }
 }
 
 fn checkpoint(simulation: &Simulation) -> Checkpoint {
@@ -190,9 +287,16 @@ fn checkpoint(simulation: &Simulation) -> Checkpoint {
             let (x, v) = (state.positions[i], state.velocities[i]);
             [x.x, x.y, x.z, v.x, v.y, v.z]
         });
-        ClothCheckpoint { name: cloth.name.clone(), particles: particles.collect() }
+        ClothCheckpoint {
+            name: cloth.name.clone(),
+            particles: particles.collect(),
+        }
     });
-    Checkpoint { step: simulation.stats().steps, time: state.time, cloths: cloths.collect() }
+    Checkpoint {
+        step: simulation.stats().steps,
+        time: state.time,
+        cloths: cloths.collect(),
+    }
 }
 
 /// Recorded positions are `f32`: 1e-7 m at a metre from the origin.

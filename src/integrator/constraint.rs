@@ -32,7 +32,10 @@ fn plane_inverse(block: DMat3, n: DVec3) -> DMat3 {
     let (bs, bt) = (block * s, block * t);
     let (ss, st, tt) = (s.dot(bs), s.dot(bt), t.dot(bt));
     let determinant = ss * tt - st * st;
-    let (across_s, across_t) = ((s * tt - t * st) / determinant, (t * ss - s * st) / determinant);
+    let (across_s, across_t) = (
+        (s * tt - t * st) / determinant,
+        (t * ss - s * st) / determinant,
+    );
     DMat3::from_cols(
         across_s * s.x + across_t * t.x,
         across_s * s.y + across_t * t.y,
@@ -44,16 +47,30 @@ fn plane_inverse(block: DMat3, n: DVec3) -> DMat3 {
 /// where contact begins, and no further; one that sticks also takes its tangential velocity.
 pub(super) fn constrain(model: &Model, contacts: &Contacts, constraints: &mut [Constraint]) {
     for (constraint, &w) in constraints.iter_mut().zip(&model.inverse_masses) {
-        *constraint = if w == 0.0 { Constraint::Fixed } else { Constraint::Free };
+        *constraint = if w == 0.0 {
+            Constraint::Fixed
+        } else {
+            Constraint::Free
+        };
     }
     for (contact, grip) in pressed(model, contacts) {
-        constraints[contact.particle] = if grip.sticks { Constraint::Fixed } else { Constraint::Plane(contact.normal) };
+        constraints[contact.particle] = if grip.sticks {
+            Constraint::Fixed
+        } else {
+            Constraint::Plane(contact.normal)
+        };
     }
 }
 
 /// The contacts that carry pressure, of particles that aren't pinned.
-pub(super) fn pressed<'a>(model: &'a Model, contacts: &'a Contacts) -> impl Iterator<Item = (&'a Contact, &'a Grip)> {
-    let with_grip = contacts.list.iter().map(|contact| (contact, &contacts.grips[contact.particle]));
+pub(super) fn pressed<'a>(
+    model: &'a Model,
+    contacts: &'a Contacts,
+) -> impl Iterator<Item = (&'a Contact, &'a Grip)> {
+    let with_grip = contacts
+        .list
+        .iter()
+        .map(|contact| (contact, &contacts.grips[contact.particle]));
     with_grip.filter(|(contact, grip)| grip.pressure > 0.0 && !model.is_pinned(contact.particle))
 }
 
@@ -76,15 +93,31 @@ pub(super) fn regrip(contact: &Contact, grip: Grip, impulse: DVec3, velocity: DV
         let held = impulse - contact.normal * pressure;
         let pull = held.length();
         if pull <= most {
-            return Grip { pressure, drag: DVec3::ZERO, sticks: true };
+            return Grip {
+                pressure,
+                drag: DVec3::ZERO,
+                sticks: true,
+            };
         }
-        return Grip { pressure, drag: held * (most / pull), sticks: false };
+        return Grip {
+            pressure,
+            drag: held * (most / pull),
+            sticks: false,
+        };
     }
     let sliding = velocity - contact.normal * velocity.dot(contact.normal);
     let reversed = sliding.dot(grip.drag) > 0.0;
     match sliding.try_normalize() {
-        Some(direction) if !reversed => Grip { pressure, drag: -direction * most, sticks: false },
-        _ => Grip { pressure, drag: DVec3::ZERO, sticks: true },
+        Some(direction) if !reversed => Grip {
+            pressure,
+            drag: -direction * most,
+            sticks: false,
+        },
+        _ => Grip {
+            pressure,
+            drag: DVec3::ZERO,
+            sticks: true,
+        },
     }
 }
 
@@ -96,7 +129,8 @@ mod tests {
     #[test]
     fn plane_inverse_inverts_across_the_normal_and_ignores_it() {
         let along = |a, e, d| PairBlock { a, e, d }.to_matrix();
-        let block = along(3.0, 2.0, DVec3::new(0.5, -1.0, 0.2)) + along(0.0, 1.0, DVec3::new(1.0, 2.0, 3.0));
+        let block = along(3.0, 2.0, DVec3::new(0.5, -1.0, 0.2))
+            + along(0.0, 1.0, DVec3::new(1.0, 2.0, 3.0));
         let n = DVec3::new(1.0, 2.0, -2.0) / 3.0;
         let inverse = Constraint::Plane(n).inverse(block);
         assert!((inverse * n).length() < 1e-14);

@@ -9,7 +9,8 @@
 
 use super::constraint::{Constraint, closing_velocity, constrain, pressed, regrip};
 use crate::collision::Contacts;
-use crate::linear::{Assembly, PairMatrix, ConjugateGradient, Limits, Solve, System};
+use crate::force::{Damping, Stiffness};
+use crate::linear::{Assembly, ConjugateGradient, Limits, PairMatrix, Solve, System};
 use crate::model::{Cloth, Model};
 use crate::state::State;
 use glam::{DMat3, DVec3};
@@ -38,10 +39,12 @@ const MAX_ITERATIONS: u32 = 2000;
 impl ImplicitEuler {
     pub(super) fn new(model: &Model, linear_tolerance: f64) -> Self {
         let particles = model.particles();
-        let mut pairs: Vec<Vec<[u32; 2]>> = model.stiffnesses().map(|law| law.pairs()).collect();
-        pairs.extend(model.dampings().map(|law| law.pairs()));
+        let mut pairs: Vec<Vec<[u32; 2]>> = model.stiffnesses().map(Stiffness::pairs).collect();
+        pairs.extend(model.dampings().map(Damping::pairs));
         let matrix = PairMatrix::with_pattern(particles, pairs.iter().flatten().copied());
-        let slots = pairs.iter().map(|pairs| pairs.iter().filter_map(|&pair| matrix.slot(pair)).collect());
+        let slots = pairs
+            .iter()
+            .map(|pairs| pairs.iter().filter_map(|&pair| matrix.slot(pair)).collect());
         Self {
             linear_tolerance,
             slots: slots.collect(),
@@ -54,7 +57,13 @@ impl ImplicitEuler {
         }
     }
 
-    pub(super) fn advance(&mut self, model: &Model, contacts: &mut Contacts, dt: f64, state: &mut State) -> Solve {
+    pub(super) fn advance(
+        &mut self,
+        model: &Model,
+        contacts: &mut Contacts,
+        dt: f64,
+        state: &mut State,
+    ) -> Solve {
         constrain(model, contacts, &mut self.constraints);
         self.prepare(model, contacts, dt, state);
         self.guess(model, contacts, dt, state);
@@ -68,7 +77,13 @@ impl ImplicitEuler {
 
     /// Both sides of the equation; neither needs the other.
     fn prepare(&mut self, model: &Model, contacts: &Contacts, dt: f64, state: &State) {
-        let Self { matrix, slots, inverse, impulses, .. } = self;
+        let Self {
+            matrix,
+            slots,
+            inverse,
+            impulses,
+            ..
+        } = self;
         rayon::join(
             || {
                 assemble(matrix, slots, model, dt, state);
@@ -89,7 +104,11 @@ impl ImplicitEuler {
         }
         for (contact, grip) in pressed(model, contacts) {
             let v = &mut state.velocities[contact.particle];
-            let tangential = if grip.sticks { DVec3::ZERO } else { *v - contact.normal * v.dot(contact.normal) };
+            let tangential = if grip.sticks {
+                DVec3::ZERO
+            } else {
+                *v - contact.normal * v.dot(contact.normal)
+            };
             *v = tangential + contact.normal * closing_velocity(contact, dt);
         }
     }
@@ -101,8 +120,16 @@ impl ImplicitEuler {
         let mass: f64 = model.masses.iter().sum();
         // The scale below which residuals don't matter: the impulse of one step's free fall.
         let floor = dt * g * mass.sqrt();
-        let limits = Limits { tolerance: self.linear_tolerance, floor, max_iterations: MAX_ITERATIONS };
-        let system = System { matrix: &self.matrix, inverse: &self.inverse, b: &self.impulses };
+        let limits = Limits {
+            tolerance: self.linear_tolerance,
+            floor,
+            max_iterations: MAX_ITERATIONS,
+        };
+        let system = System {
+            matrix: &self.matrix,
+            inverse: &self.inverse,
+            b: &self.impulses,
+        };
         let solve = self.solver.solve(system, &mut state.velocities, limits);
         self.balance_momentum(model, dt, state);
         solve
@@ -114,15 +141,27 @@ impl ImplicitEuler {
     /// missing; a uniform velocity of it over Σ (m + dt c m) supplies it. This makes free fall exact
     /// and keeps momentum to rounding at any tolerance.
     fn balance_momentum(&mut self, model: &Model, dt: f64, state: &mut State) {
-        let free = |cloth: &Cloth| self.constraints[cloth.particles.clone()].iter().all(|c| *c == Constraint::Free);
+        let free = |cloth: &Cloth| {
+            self.constraints[cloth.particles.clone()]
+                .iter()
+                .all(|c| *c == Constraint::Free)
+        };
         if !model.cloths.iter().any(free) {
             return;
         }
         self.matrix.multiply(&state.velocities, &mut self.product);
         for cloth in model.cloths.iter().filter(|cloth| free(cloth)) {
             let range = cloth.particles.clone();
-            let missing: DVec3 = range.clone().map(|i| self.impulses[i] - self.product[i]).sum();
-            let drag = |i| model.mass_damping.as_ref().map_or(0.0, |damping| dt * damping.drag[i]);
+            let missing: DVec3 = range
+                .clone()
+                .map(|i| self.impulses[i] - self.product[i])
+                .sum();
+            let drag = |i| {
+                model
+                    .mass_damping
+                    .as_ref()
+                    .map_or(0.0, |damping| dt * damping.drag[i])
+            };
             let inertia: f64 = range.clone().map(|i| model.masses[i] + drag(i)).sum();
             for v in &mut state.velocities[range] {
                 *v += missing / inertia;
@@ -136,7 +175,8 @@ impl ImplicitEuler {
             let i = contact.particle;
             let grip = contacts.grips[i];
             if grip.pressure > 0.0 {
-                contacts.grips[i] = regrip(contact, grip, -self.solver.residual[i], state.velocities[i]);
+                contacts.grips[i] =
+                    regrip(contact, grip, -self.solver.residual[i], state.velocities[i]);
             }
         }
     }
@@ -155,12 +195,21 @@ fn assemble(matrix: &mut PairMatrix, slots: &[Vec<u32>], model: &Model, dt: f64,
 }
 
 /// M v₀ + dt f(x₀), and the friction of particles that slide.
-fn set_impulses(impulses: &mut [DVec3], model: &Model, contacts: &Contacts, dt: f64, state: &State) {
+fn set_impulses(
+    impulses: &mut [DVec3],
+    model: &Model,
+    contacts: &Contacts,
+    dt: f64,
+    state: &State,
+) {
     impulses.fill(DVec3::ZERO);
     for force in model.forces() {
         force.add_forces(state, impulses);
     }
-    for (impulse, (&m, &v)) in impulses.iter_mut().zip(model.masses.iter().zip(&state.velocities)) {
+    for (impulse, (&m, &v)) in impulses
+        .iter_mut()
+        .zip(model.masses.iter().zip(&state.velocities))
+    {
         *impulse = *impulse * dt + v * m;
     }
     for (contact, grip) in pressed(model, contacts) {

@@ -56,7 +56,13 @@ impl Scheme {
     /// Advances positions and velocities by `dt` (s); time is the caller's.
     ///
     /// `contacts` are those that the last step left; the scheme may use and update their grips.
-    pub fn advance(&mut self, model: &Model, contacts: &mut Contacts, dt: f64, state: &mut State) -> Solve {
+    pub fn advance(
+        &mut self,
+        model: &Model,
+        contacts: &mut Contacts,
+        dt: f64,
+        state: &mut State,
+    ) -> Solve {
         match self {
             Self::SymplecticEuler(scheme) => scheme.advance(model, dt, state),
             Self::ImplicitEuler(scheme) => scheme.advance(model, contacts, dt, state),

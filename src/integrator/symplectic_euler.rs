@@ -14,7 +14,9 @@ pub struct SymplecticEuler {
 
 impl SymplecticEuler {
     pub(super) fn new(model: &Model) -> Self {
-        Self { forces: vec![DVec3::ZERO; model.particles()] }
+        Self {
+            forces: vec![DVec3::ZERO; model.particles()],
+        }
     }
 
     /// v ← v + dt f(x, v)/m, then x ← x + dt v with the new velocity.
@@ -32,6 +34,9 @@ impl SymplecticEuler {
             state.velocities[i] += self.forces[i] * (dt * model.inverse_masses[i]);
             state.positions[i] += state.velocities[i] * dt;
         }
-        Solve { converged: true, ..Solve::default() }
+        Solve {
+            converged: true,
+            ..Solve::default()
+        }
     }
 }

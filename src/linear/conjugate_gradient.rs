@@ -59,7 +59,12 @@ impl ConjugateGradient {
     /// Work arrays for `rows` block rows.
     pub fn new(rows: usize) -> Self {
         let zero = vec![DVec3::ZERO; rows];
-        Self { residual: zero.clone(), z: zero.clone(), p: zero.clone(), q: zero }
+        Self {
+            residual: zero.clone(),
+            z: zero.clone(),
+            p: zero.clone(),
+            q: zero,
+        }
     }
 
     /// Solves A x = b from the guess in `x`, until √(rᵀ P r) ≤ `tolerance` · max(√(r₀ᵀ P r₀), `floor`).
@@ -71,7 +76,10 @@ impl ConjugateGradient {
         let chunks = x.len().div_ceil(CHUNK);
         let threads = rayon::current_num_threads().min(chunks).max(1);
         let Self { residual, z, p, q } = self;
-        let mut parts = residual.chunks_mut(CHUNK).zip(z.chunks_mut(CHUNK)).zip(q.chunks_mut(CHUNK));
+        let mut parts = residual
+            .chunks_mut(CHUNK)
+            .zip(z.chunks_mut(CHUNK))
+            .zip(q.chunks_mut(CHUNK));
         let lane = |x| {
             let ((residual, z), q) = parts.next().unwrap_or_default();
             Mutex::new(Lane { x, residual, z, q })
@@ -122,8 +130,18 @@ type OwnLanes<'s, 'a> = Vec<(usize, MutexGuard<'s, Lane<'a>>)>;
 impl<'a> Shared<'a> {
     /// The whole solve, as one of `threads` threads goes through it.
     fn run(&self, thread: usize, threads: usize) -> Solve {
-        let lock = |chunk: usize| (chunk, self.lanes[chunk].lock().unwrap_or_else(PoisonError::into_inner));
-        let mut own: OwnLanes<'_, 'a> = (thread..self.lanes.len()).step_by(threads).map(lock).collect();
+        let lock = |chunk: usize| {
+            (
+                chunk,
+                self.lanes[chunk]
+                    .lock()
+                    .unwrap_or_else(PoisonError::into_inner),
+            )
+        };
+        let mut own: OwnLanes<'_, 'a> = (thread..self.lanes.len())
+            .step_by(threads)
+            .map(lock)
+            .collect();
         let mut norm = self.start(&mut own);
         let reference = norm.max(self.limits.floor * self.limits.floor);
         let goal = self.limits.tolerance * self.limits.tolerance * reference;
@@ -138,8 +156,16 @@ impl<'a> Shared<'a> {
             self.turn(&own, norm / previous);
             iterations += 1;
         }
-        let residual = if reference > 0.0 { (norm / reference).sqrt() } else { 0.0 };
-        Solve { iterations, residual, converged: norm <= goal }
+        let residual = if reference > 0.0 {
+            (norm / reference).sqrt()
+        } else {
+            0.0
+        };
+        Solve {
+            iterations,
+            residual,
+            converged: norm <= goal,
+        }
     }
 
     /// r = b − A x, z = P r, p = z; returns r · z. The directions hold x at first.
@@ -163,12 +189,21 @@ impl<'a> Shared<'a> {
 
     /// q = A p; returns p · q.
     fn multiply(&self, own: &mut OwnLanes<'_, 'a>) -> f64 {
-        let parts: Vec<_> =
-            self.directions.iter().map(|part| part.read().unwrap_or_else(PoisonError::into_inner)).collect();
+        let parts: Vec<_> = self
+            .directions
+            .iter()
+            .map(|part| part.read().unwrap_or_else(PoisonError::into_inner))
+            .collect();
         for (chunk, lane) in own.iter_mut() {
             let p: &[DVec3] = &parts[*chunk];
-            self.system.matrix.multiply_chunk(*chunk, p, |row| parts[row / CHUNK][row % CHUNK], lane.q);
-            self.curvature.set(*chunk, p.iter().zip(&*lane.q).map(|(p, q)| p.dot(*q)).sum());
+            self.system.matrix.multiply_chunk(
+                *chunk,
+                p,
+                |row| parts[row / CHUNK][row % CHUNK],
+                lane.q,
+            );
+            self.curvature
+                .set(*chunk, p.iter().zip(&*lane.q).map(|(p, q)| p.dot(*q)).sum());
         }
         drop(parts);
         self.barrier.wait();
@@ -179,7 +214,9 @@ impl<'a> Shared<'a> {
     fn descend(&self, own: &mut OwnLanes<'_, 'a>, alpha: f64) -> f64 {
         for (chunk, lane) in own.iter_mut() {
             let Lane { x, residual, z, q } = &mut **lane;
-            let p = self.directions[*chunk].read().unwrap_or_else(PoisonError::into_inner);
+            let p = self.directions[*chunk]
+                .read()
+                .unwrap_or_else(PoisonError::into_inner);
             let inverse = &self.system.inverse[*chunk * CHUNK..][..q.len()];
             let mut sum = 0.0;
             for i in 0..q.len() {
@@ -197,7 +234,9 @@ impl<'a> Shared<'a> {
     /// p = z + β p.
     fn turn(&self, own: &OwnLanes<'_, 'a>, beta: f64) {
         for (chunk, lane) in own {
-            let mut p = self.directions[*chunk].write().unwrap_or_else(PoisonError::into_inner);
+            let mut p = self.directions[*chunk]
+                .write()
+                .unwrap_or_else(PoisonError::into_inner);
             for (p, &z) in p.iter_mut().zip(&*lane.z) {
                 *p = z + *p * beta;
             }
@@ -216,11 +255,24 @@ mod tests {
         let pairs: Vec<[u32; 2]> = (1..rows).map(|j| [j - 1, j]).collect();
         let mut matrix = PairMatrix::with_pattern(rows as usize, pairs.iter().copied());
         matrix.clear(&vec![0.1; rows as usize]);
-        let slots: Vec<u32> = pairs.iter().map(|&pair| matrix.slot(pair).unwrap()).collect();
-        let mut assembly = Assembly { matrix: &mut matrix, slots: &slots };
+        let slots: Vec<u32> = pairs
+            .iter()
+            .map(|&pair| matrix.slot(pair).unwrap())
+            .collect();
+        let mut assembly = Assembly {
+            matrix: &mut matrix,
+            slots: &slots,
+        };
         for element in 0..pairs.len() {
             let t = f64::from(slots[element]);
-            assembly.add(element, PairBlock { a: 0.5, e: 2.0, d: DVec3::new(t.sin(), t.cos(), 0.5) });
+            assembly.add(
+                element,
+                PairBlock {
+                    a: 0.5,
+                    e: 2.0,
+                    d: DVec3::new(t.sin(), t.cos(), 0.5),
+                },
+            );
         }
         matrix
     }
@@ -231,23 +283,40 @@ mod tests {
         let matrix = chain(rows);
         let mut inverse = vec![DMat3::ZERO; rows as usize];
         matrix.diagonal(&mut inverse);
-        inverse.iter_mut().for_each(|block| *block = block.inverse());
+        inverse
+            .iter_mut()
+            .for_each(|block| *block = block.inverse());
         inverse[0] = DMat3::ZERO;
-        let b: Vec<DVec3> = (0..rows).map(|i| DVec3::new(f64::from(i).cos(), 1.0, -0.3)).collect();
-        let limits = Limits { tolerance: 1e-12, floor: 0.0, max_iterations: 5000 };
+        let b: Vec<DVec3> = (0..rows)
+            .map(|i| DVec3::new(f64::from(i).cos(), 1.0, -0.3))
+            .collect();
+        let limits = Limits {
+            tolerance: 1e-12,
+            floor: 0.0,
+            max_iterations: 5000,
+        };
         let mut solutions = Vec::new();
         for threads in [1, 2, 3] {
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            let pool = rayon::ThreadPoolBuilder::new()
+                .num_threads(threads)
+                .build()
+                .unwrap();
             let mut x = vec![DVec3::ZERO; rows as usize];
             x[0] = DVec3::Y;
             let mut solver = ConjugateGradient::new(rows as usize);
-            let system = System { matrix: &matrix, inverse: &inverse, b: &b };
+            let system = System {
+                matrix: &matrix,
+                inverse: &inverse,
+                b: &b,
+            };
             let solve = pool.install(|| solver.solve(system, &mut x, limits));
             assert!(solve.converged && solve.iterations > 10, "{solve:?}");
             assert_eq!(x[0], DVec3::Y);
             let mut product = vec![DVec3::ZERO; rows as usize];
             matrix.multiply(&x, &mut product);
-            let worst = (1..rows as usize).map(|i| (product[i] - b[i]).length()).fold(0.0, f64::max);
+            let worst = (1..rows as usize)
+                .map(|i| (product[i] - b[i]).length())
+                .fold(0.0, f64::max);
             assert!(worst < 1e-9, "residual {worst}");
             solutions.push(x);
         }

@@ -126,7 +126,13 @@ impl PairMatrix {
     }
 
     /// The rows of one chunk of y = A x. `own` holds the chunk's part of x, `other` gives the rest.
-    pub(super) fn multiply_chunk(&self, chunk: usize, own: &[DVec3], other: impl Fn(usize) -> DVec3, y: &mut [DVec3]) {
+    pub(super) fn multiply_chunk(
+        &self,
+        chunk: usize,
+        own: &[DVec3],
+        other: impl Fn(usize) -> DVec3,
+        y: &mut [DVec3],
+    ) {
         let first = chunk * CHUNK;
         for k in 0..y.len() {
             y[k] = own[k] * self.masses[first + k];
@@ -191,30 +197,51 @@ mod tests {
             .filter(|pair| (pair[0] as usize) < rows)
             .collect();
         let mut matrix = PairMatrix::with_pattern(rows, pairs.iter().copied());
-        let slots: Vec<u32> = pairs.iter().map(|&pair| matrix.slot(pair).unwrap()).collect();
+        let slots: Vec<u32> = pairs
+            .iter()
+            .map(|&pair| matrix.slot(pair).unwrap())
+            .collect();
         let masses: Vec<f64> = (0..count).map(|i| 1.0 + f64::from(i).sin().abs()).collect();
         matrix.clear(&masses);
         let mut dense = vec![std::collections::BTreeMap::new(); rows];
         for (i, &m) in masses.iter().enumerate() {
             dense[i].insert(i, DMat3::from_diagonal(DVec3::splat(m)));
         }
-        let mut assembly = Assembly { matrix: &mut matrix, slots: &slots };
+        let mut assembly = Assembly {
+            matrix: &mut matrix,
+            slots: &slots,
+        };
         for (element, &[i, j]) in pairs.iter().enumerate() {
             let t = f64::from(i) * 0.7 + f64::from(j);
-            let block = PairBlock { a: t.sin() + 2.0, e: t.cos(), d: DVec3::new(1.0, t.sin(), -0.3) };
+            let block = PairBlock {
+                a: t.sin() + 2.0,
+                e: t.cos(),
+                d: DVec3::new(1.0, t.sin(), -0.3),
+            };
             assembly.add(element, block);
             for (row, column, sign) in [(i, i, 1.0), (j, j, 1.0), (i, j, -1.0), (j, i, -1.0)] {
-                *dense[row as usize].entry(column as usize).or_insert(DMat3::ZERO) += block.to_matrix() * sign;
+                *dense[row as usize]
+                    .entry(column as usize)
+                    .or_insert(DMat3::ZERO) += block.to_matrix() * sign;
             }
         }
-        let x: Vec<DVec3> = (0..count).map(|i| DVec3::new(f64::from(i).sin(), 0.5, f64::from(i).cos())).collect();
+        let x: Vec<DVec3> = (0..count)
+            .map(|i| DVec3::new(f64::from(i).sin(), 0.5, f64::from(i).cos()))
+            .collect();
         let (mut y, mut diagonal) = (vec![DVec3::ZERO; rows], vec![DMat3::ZERO; rows]);
         matrix.multiply(&x, &mut y);
         matrix.diagonal(&mut diagonal);
         for (i, row) in dense.iter().enumerate() {
             let exact: DVec3 = row.iter().map(|(&j, block)| *block * x[j]).sum();
-            assert!((exact - y[i]).length() < 1e-10, "row {i}: {exact} against {}", y[i]);
-            assert!(row[&i].abs_diff_eq(diagonal[i], 1e-12), "diagonal block {i}");
+            assert!(
+                (exact - y[i]).length() < 1e-10,
+                "row {i}: {exact} against {}",
+                y[i]
+            );
+            assert!(
+                row[&i].abs_diff_eq(diagonal[i], 1e-12),
+                "diagonal block {i}"
+            );
         }
         assert_eq!(matrix.slot([0, 5]), None);
     }

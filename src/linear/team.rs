@@ -20,7 +20,11 @@ const PATIENCE: u32 = 300;
 
 impl Barrier {
     pub(super) fn new(threads: usize) -> Self {
-        Self { threads, arrived: AtomicUsize::new(0), round: AtomicUsize::new(0) }
+        Self {
+            threads,
+            arrived: AtomicUsize::new(0),
+            round: AtomicUsize::new(0),
+        }
     }
 
     /// Waits until every thread has come here.
@@ -34,7 +38,11 @@ impl Barrier {
         let mut turns = 0;
         while self.round.load(Ordering::Acquire) == round {
             turns += 1;
-            if turns < PATIENCE { std::hint::spin_loop() } else { std::thread::yield_now() }
+            if turns < PATIENCE {
+                std::hint::spin_loop();
+            } else {
+                std::thread::yield_now();
+            }
         }
     }
 }
@@ -54,6 +62,9 @@ impl Sums {
 
     /// The sum over all chunks; a barrier must lie between this and the last [`Sums::set`].
     pub(super) fn total(&self) -> f64 {
-        self.0.iter().map(|sum| f64::from_bits(sum.load(Ordering::Relaxed))).sum()
+        self.0
+            .iter()
+            .map(|sum| f64::from_bits(sum.load(Ordering::Relaxed)))
+            .sum()
     }
 }

@@ -12,15 +12,27 @@ pub fn chain(length: f64, links: u32) -> Lattice {
         .map(|i| DVec3::X * (f64::from(i) * link - 0.5 * length))
         .collect();
     let shares = (0..=links)
-        .map(|i| if i == 0 || i == links { 0.5 * link } else { link })
+        .map(|i| {
+            if i == 0 || i == links {
+                0.5 * link
+            } else {
+                link
+            }
+        })
         .collect();
     let pieces = |reach: u32| {
         (reach..=links)
-            .map(|i| Segment { ends: [i - reach, i], area: 0.0 })
+            .map(|i| Segment {
+                ends: [i - reach, i],
+                area: 0.0,
+            })
             .collect()
     };
     Lattice {
-        mesh: TriMesh { positions, triangles: Vec::new() },
+        mesh: TriMesh {
+            positions,
+            triangles: Vec::new(),
+        },
         shares,
         structural: pieces(1),
         bend: pieces(2),

@@ -66,12 +66,18 @@ pub fn read_obj(text: &str, scale: f64) -> Result<(TriMesh, Repairs), ObjError> 
     for model in &models {
         let first = index(soup.positions.len());
         let positions = model.mesh.positions.chunks_exact(3);
-        soup.positions.extend(positions.map(|p| dvec3(p[0], p[1], p[2]) * scale));
+        soup.positions
+            .extend(positions.map(|p| dvec3(p[0], p[1], p[2]) * scale));
         let corners = model.mesh.indices.chunks_exact(3);
-        soup.triangles.extend(corners.map(|c| [c[0] + first, c[1] + first, c[2] + first]));
+        soup.triangles
+            .extend(corners.map(|c| [c[0] + first, c[1] + first, c[2] + first]));
     }
     let (mesh, repairs) = weld(&soup);
-    if mesh.triangles.is_empty() { Err(ObjError::Empty) } else { Ok((mesh, repairs)) }
+    if mesh.triangles.is_empty() {
+        Err(ObjError::Empty)
+    } else {
+        Ok((mesh, repairs))
+    }
 }
 
 /// Writes a mesh as OBJ, positions to a hundredth of a millimetre.
@@ -102,7 +108,10 @@ pub fn orient_outward(mesh: &mut TriMesh) -> bool {
 
 /// Finds the line of a fault: the OBJ reader names none, and takes NaN for a number.
 fn check_lines(text: &str) -> Result<(), ObjError> {
-    let total = text.lines().filter(|line| line.trim_start().starts_with("v ")).count();
+    let total = text
+        .lines()
+        .filter(|line| line.trim_start().starts_with("v "))
+        .count();
     let mut seen = 0;
     for (number, line) in text.lines().enumerate() {
         let mut words = line.split_whitespace();
@@ -115,7 +124,10 @@ fn check_lines(text: &str) -> Result<(), ObjError> {
             _ => None,
         };
         if let Some(cause) = fault {
-            return Err(ObjError::Line { line: number + 1, cause });
+            return Err(ObjError::Line {
+                line: number + 1,
+                cause,
+            });
         }
     }
     Ok(())
@@ -126,8 +138,12 @@ fn vertex_fault<'a>(words: impl Iterator<Item = &'a str>) -> Option<String> {
     if coordinates.len() < 3 {
         return Some("a vertex needs three coordinates".to_owned());
     }
-    let bad = coordinates.iter().find(|word| !word.parse::<f64>().is_ok_and(f64::is_finite))?;
-    Some(format!("\"{bad}\" is not a finite number; export the mesh again or remove its broken vertices"))
+    let bad = coordinates
+        .iter()
+        .find(|word| !word.parse::<f64>().is_ok_and(f64::is_finite))?;
+    Some(format!(
+        "\"{bad}\" is not a finite number; export the mesh again or remove its broken vertices"
+    ))
 }
 
 /// Indices count from 1, or back from the vertices read so far when they are negative.
@@ -137,7 +153,11 @@ fn face_fault<'a>(words: impl Iterator<Item = &'a str>, seen: i64, total: usize)
         let Ok(index) = first.parse::<i64>() else {
             return Some(format!("\"{word}\" is not a vertex index"));
         };
-        let fits = if index < 0 { -index <= seen } else { index > 0 && index.unsigned_abs() <= total as u64 };
+        let fits = if index < 0 {
+            -index <= seen
+        } else {
+            index > 0 && index.unsigned_abs() <= total as u64
+        };
         if !fits {
             return Some(format!(
                 "vertex index {index} is out of range: the file has {total} vertices, counted from 1"
@@ -209,7 +229,10 @@ fn drop_unused(mesh: &TriMesh) -> TriMesh {
             })
         })
         .collect();
-    TriMesh { positions, triangles }
+    TriMesh {
+        positions,
+        triangles,
+    }
 }
 
 /// Meshes of more than 2³² vertices don't fit into the machine's memory.
@@ -232,20 +255,27 @@ mod tests {
         assert_eq!((mesh.positions.len(), mesh.triangles.len()), (8, 12));
         assert!(open_edge(&mesh).is_none());
         assert!((mesh.volume() - 8.0).abs() < 1e-12);
-        assert_eq!((repairs.degenerate_triangles, repairs.duplicate_triangles), (0, 0));
+        assert_eq!(
+            (repairs.degenerate_triangles, repairs.duplicate_triangles),
+            (0, 0)
+        );
     }
 
     #[test]
     fn duplicates_and_degenerates_are_dropped_and_counted() {
         let text = format!("{CUBE}f 1 2 6\nf 1 1 2\nf 1 2 2\n");
         let (mesh, repairs) = read_obj(&text, 1.0).unwrap();
-        assert_eq!((repairs.degenerate_triangles, repairs.duplicate_triangles), (2, 1));
+        assert_eq!(
+            (repairs.degenerate_triangles, repairs.duplicate_triangles),
+            (2, 1)
+        );
         assert!(open_edge(&mesh).is_none());
     }
 
     #[test]
     fn an_inside_out_mesh_is_turned() {
-        let (mut mesh, _) = read_obj(&CUBE.replace("v 0", "v -0").replace("v 1", "v -1"), 1.0).unwrap();
+        let (mut mesh, _) =
+            read_obj(&CUBE.replace("v 0", "v -0").replace("v 1", "v -1"), 1.0).unwrap();
         assert!(orient_outward(&mut mesh) && mesh.volume() > 0.0);
         assert!(!orient_outward(&mut mesh));
     }
@@ -258,7 +288,10 @@ mod tests {
         assert!(at("v 0 0 0\nf 1 2 3\n").starts_with("line 2: vertex index 2 is out of range"));
         assert!(at("v 0 0 0\nf 1 -2 1\n").starts_with("line 2: vertex index -2"));
         assert_eq!(read_obj("# nothing\n", 1.0), Err(ObjError::Empty));
-        assert!(matches!(read_obj("v 0 0 0\nv 1 0 0\nf 1 2 1\n", 1.0), Err(ObjError::Empty)));
+        assert!(matches!(
+            read_obj("v 0 0 0\nv 1 0 0\nf 1 2 1\n", 1.0),
+            Err(ObjError::Empty)
+        ));
     }
 
     #[test]
@@ -267,7 +300,10 @@ mod tests {
         let (mesh, _) = read_obj(&open, 1.0).unwrap();
         let edge = open_edge(&mesh).unwrap();
         assert_eq!(edge.total, 4);
-        assert!(edge.to_string().contains("one side only (4 such edges)"), "{edge}");
+        assert!(
+            edge.to_string().contains("one side only (4 such edges)"),
+            "{edge}"
+        );
     }
 
     #[test]

@@ -47,7 +47,9 @@ pub struct Opening {
 
 /// Why a sheet can't be made.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("the opening of radius {radius} m around ({x}, {z}) leaves less than two cells of cloth beside it; make it smaller, move it, or use more cells")]
+#[error(
+    "the opening of radius {radius} m around ({x}, {z}) leaves less than two cells of cloth beside it; make it smaller, move it, or use more cells"
+)]
 pub struct OpeningTooLarge {
     radius: f64,
     x: f64,
@@ -61,13 +63,20 @@ impl Sheet {
     ///
     /// When the opening doesn't fit into the sheet.
     pub fn lattice(&self) -> Result<Lattice, OpeningTooLarge> {
-        let hole = self.opening.as_ref().map(|opening| Hole::new(self, opening)).transpose()?;
+        let hole = self
+            .opening
+            .as_ref()
+            .map(|opening| Hole::new(self, opening))
+            .transpose()?;
         let grid = Grid::new(self, hole.as_ref());
-        let mut lattice = Lattice { mesh: grid.mesh(self), ..Lattice::default() };
+        let mut lattice = Lattice {
+            mesh: grid.mesh(self),
+            ..Lattice::default()
+        };
         lattice.shares = grid.shares(&lattice.mesh.positions);
         lattice.structural = grid.structural(&lattice.mesh.positions);
         lattice.shear = grid.shear(&lattice.mesh.positions, self.diagonals);
-        lattice.bend = grid.bend();
+        lattice.bend = grid.bend(&lattice.mesh.positions);
         lattice.edges = grid.edges();
         lattice.corners = grid.corners();
         Ok(lattice)
@@ -103,7 +112,10 @@ struct Hole {
 }
 
 impl Hole {
-    #[expect(clippy::cast_possible_truncation, reason = "rounded grid indices, at most 2³² in size")]
+    #[expect(
+        clippy::cast_possible_truncation,
+        reason = "rounded grid indices, at most 2³² in size"
+    )]
     fn new(sheet: &Sheet, opening: &Opening) -> Result<Self, OpeningTooLarge> {
         let h = sheet.cell_size();
         let [x, z] = opening.center;
@@ -119,15 +131,28 @@ impl Hole {
             .map(|axis| nearest[axis].min(i64::from(sheet.cells[axis]) - nearest[axis]))
             .fold(i64::MAX, i64::min);
         if room < inner + 2 {
-            return Err(OpeningTooLarge { radius: opening.radius, x, z });
+            return Err(OpeningTooLarge {
+                radius: opening.radius,
+                x,
+                z,
+            });
         }
         let outer = (2 * inner + 4).min(room);
-        Ok(Self { center: DVec2::new(x, z), radius: opening.radius, nearest, inner, outer, cell })
+        Ok(Self {
+            center: DVec2::new(x, z),
+            radius: opening.radius,
+            nearest,
+            inner,
+            outer,
+            cell,
+        })
     }
 
     /// Index distance of a grid point from the opening's centre.
     fn ring(&self, i: u32, j: u32) -> i64 {
-        (i64::from(i) - self.nearest[0]).abs().max((i64::from(j) - self.nearest[1]).abs())
+        (i64::from(i) - self.nearest[0])
+            .abs()
+            .max((i64::from(j) - self.nearest[1]).abs())
     }
 
     /// Moves a grid point that lies at `point`.
@@ -137,9 +162,13 @@ impl Hole {
         if ring >= self.outer || ring < self.inner {
             return point;
         }
-        let (u, v) = ((i64::from(i) - self.nearest[0]) as f64, (j as i64 - self.nearest[1]) as f64);
+        let (u, v) = (
+            (i64::from(i) - self.nearest[0]) as f64,
+            (j as i64 - self.nearest[1]) as f64,
+        );
         let direction = DVec2::from_angle(square_to_circle_angle(u, v));
-        let circle = self.center + direction * (self.radius + (ring - self.inner) as f64 * self.cell);
+        let circle =
+            self.center + direction * (self.radius + (ring - self.inner) as f64 * self.cell);
         let t = (ring - self.inner) as f64 / (self.outer - self.inner) as f64;
         circle.lerp(point, t * t * (3.0 - 2.0 * t))
     }
@@ -169,7 +198,12 @@ struct Grid {
 impl Grid {
     fn new(sheet: &Sheet, hole: Option<&Hole>) -> Self {
         let [columns, rows] = sheet.cells;
-        let mut grid = Self { cells: sheet.cells, vertex: Vec::new(), points: Vec::new(), open: Vec::new() };
+        let mut grid = Self {
+            cells: sheet.cells,
+            vertex: Vec::new(),
+            points: Vec::new(),
+            open: Vec::new(),
+        };
         let mut next = 0;
         for j in 0..=rows {
             for i in 0..=columns {
@@ -178,14 +212,19 @@ impl Grid {
                 if !inside {
                     next += 1;
                     let point = sheet.grid_point(i, j);
-                    grid.points.push(hole.map_or(point, |hole| hole.bend(i, j, point)));
+                    grid.points
+                        .push(hole.map_or(point, |hole| hole.bend(i, j, point)));
                 }
             }
         }
         for j in 0..rows {
             for i in 0..columns {
                 let within = |(i, j)| hole.is_some_and(|hole| hole.ring(i, j) <= hole.inner);
-                grid.open.push([(i, j), (i + 1, j), (i, j + 1), (i + 1, j + 1)].into_iter().all(within));
+                grid.open.push(
+                    [(i, j), (i + 1, j), (i, j + 1), (i + 1, j + 1)]
+                        .into_iter()
+                        .all(within),
+                );
             }
         }
         grid
@@ -202,7 +241,12 @@ impl Grid {
         if i >= columns || j >= rows || self.open[(j * columns + i) as usize] {
             return None;
         }
-        Some([self.at(i, j)?, self.at(i + 1, j)?, self.at(i + 1, j + 1)?, self.at(i, j + 1)?])
+        Some([
+            self.at(i, j)?,
+            self.at(i + 1, j)?,
+            self.at(i + 1, j + 1)?,
+            self.at(i, j + 1)?,
+        ])
     }
 
     /// Every cell that is left, with its indices.
@@ -224,7 +268,10 @@ impl Grid {
             }
         }
         let positions = self.points.iter().map(|p| dvec3(p.x, 0.0, p.y)).collect();
-        TriMesh { positions, triangles }
+        TriMesh {
+            positions,
+            triangles,
+        }
     }
 
     fn shares(&self, positions: &[DVec3]) -> Vec<f64> {
@@ -237,19 +284,68 @@ impl Grid {
         shares
     }
 
+    /// Area of the cells on both sides of the piece from (i, j) to the next grid point along x or z.
+    fn beside(&self, i: u32, j: u32, along_x: bool, positions: &[DVec3]) -> f64 {
+        let area = |i, j| {
+            self.cell(i, j)
+                .map_or(0.0, |cell| cell_area(positions, cell))
+        };
+        let other = if along_x {
+            j.checked_sub(1).map(|j| (i, j))
+        } else {
+            i.checked_sub(1).map(|i| (i, j))
+        };
+        area(i, j) + other.map_or(0.0, |(i, j)| area(i, j))
+    }
+
     fn structural(&self, positions: &[DVec3]) -> Vec<Segment> {
+        self.segments(|i, j, along_x| {
+            let there = if along_x {
+                self.at(i + 1, j)
+            } else {
+                self.at(i, j + 1)
+            };
+            Some((there?, self.beside(i, j, along_x, positions)))
+        })
+    }
+
+    /// Second neighbours; a spring stands for the cells beside both pieces that it spans.
+    fn bend(&self, positions: &[DVec3]) -> Vec<Segment> {
+        self.segments(|i, j, along_x| {
+            let [middle, there] = [1, 2].map(|step| {
+                if along_x {
+                    (i + step, j)
+                } else {
+                    (i, j + step)
+                }
+            });
+            let first = self.beside(i, j, along_x, positions);
+            let second = self
+                .at(middle.0, middle.1)
+                .map(|_| self.beside(middle.0, middle.1, along_x, positions))?;
+            let whole = if first > 0.0 && second > 0.0 {
+                first + second
+            } else {
+                0.0
+            };
+            Some((self.at(there.0, there.1)?, whole))
+        })
+    }
+
+    /// Segments from every grid point along x and along z, given their other end and area; those
+    /// without cloth beside them are left out.
+    fn segments(&self, to: impl Fn(u32, u32, bool) -> Option<(u32, f64)>) -> Vec<Segment> {
         let [columns, rows] = self.cells;
-        let area = |i, j| self.cell(i, j).map_or(0.0, |cell| cell_area(positions, cell));
         let mut segments = Vec::new();
         for j in 0..=rows {
             for i in 0..=columns {
                 let Some(here) = self.at(i, j) else { continue };
-                let below = if j == 0 { 0.0 } else { area(i, j - 1) };
-                let before = if i == 0 { 0.0 } else { area(i - 1, j) };
-                let places = [(self.at(i + 1, j), area(i, j) + below), (self.at(i, j + 1), area(i, j) + before)];
-                for (there, area) in places {
-                    if let (Some(there), true) = (there, area > 0.0) {
-                        segments.push(Segment { ends: [here, there], area });
+                for along_x in [true, false] {
+                    if let Some((there, area)) = to(i, j, along_x).filter(|(_, area)| *area > 0.0) {
+                        segments.push(Segment {
+                            ends: [here, there],
+                            area,
+                        });
                     }
                 }
             }
@@ -262,28 +358,15 @@ impl Grid {
         for ([i, j], cell) in self.each_cell() {
             let area = cell_area(positions, cell);
             let [a, b, c, d] = cell;
-            let (rising, falls) = (Segment { ends: [a, c], area }, Segment { ends: [b, d], area });
+            let (rising, falls) = (
+                Segment { ends: [a, c], area },
+                Segment { ends: [b, d], area },
+            );
             match diagonals {
                 Diagonals::None => {}
                 Diagonals::Both => segments.extend([rising, falls]),
                 _ if falling(diagonals, i, j) => segments.push(falls),
                 _ => segments.push(rising),
-            }
-        }
-        segments
-    }
-
-    fn bend(&self) -> Vec<Segment> {
-        let [columns, rows] = self.cells;
-        let mut segments = Vec::new();
-        for j in 0..=rows {
-            for i in 0..=columns {
-                for [middle, far] in [[(i + 1, j), (i + 2, j)], [(i, j + 1), (i, j + 2)]] {
-                    let ends = (self.at(i, j), self.at(middle.0, middle.1), self.at(far.0, far.1));
-                    if let (Some(from), Some(_), Some(to)) = ends {
-                        segments.push(Segment { ends: [from, to], area: 0.0 });
-                    }
-                }
             }
         }
         segments
@@ -303,10 +386,15 @@ impl Grid {
 
     fn corners(&self) -> Vec<(String, u32)> {
         let [columns, rows] = self.cells;
-        [("left-near", 0, 0), ("right-near", columns, 0), ("left-far", 0, rows), ("right-far", columns, rows)]
-            .into_iter()
-            .filter_map(|(name, i, j)| Some((name.to_owned(), self.at(i, j)?)))
-            .collect()
+        [
+            ("left-near", 0, 0),
+            ("right-near", columns, 0),
+            ("left-far", 0, rows),
+            ("right-far", columns, rows),
+        ]
+        .into_iter()
+        .filter_map(|(name, i, j)| Some((name.to_owned(), self.at(i, j)?)))
+        .collect()
     }
 }
 
@@ -328,7 +416,12 @@ mod tests {
     use std::f64::consts::PI;
 
     fn sheet(diagonals: Diagonals, opening: Option<Opening>) -> Sheet {
-        Sheet { size: [1.3, 1.3], cells: [60, 60], diagonals, opening }
+        Sheet {
+            size: [1.3, 1.3],
+            cells: [60, 60],
+            diagonals,
+            opening,
+        }
     }
 
     fn smallest_angle(mesh: &TriMesh) -> f64 {
@@ -344,12 +437,28 @@ mod tests {
 
     #[test]
     fn shares_and_triangles_cover_the_sheet() {
-        for diagonals in [Diagonals::None, Diagonals::OneWay, Diagonals::Alternating, Diagonals::Both] {
+        for diagonals in [
+            Diagonals::None,
+            Diagonals::OneWay,
+            Diagonals::Alternating,
+            Diagonals::Both,
+        ] {
             let lattice = sheet(diagonals, None).lattice().unwrap();
-            let covered: f64 = lattice.mesh.triangles.iter().map(|&t| triangle_area(lattice.mesh.corners(t))).sum();
+            let covered: f64 = lattice
+                .mesh
+                .triangles
+                .iter()
+                .map(|&t| triangle_area(lattice.mesh.corners(t)))
+                .sum();
             let shared: f64 = lattice.shares.iter().sum();
-            assert!((covered - 1.69).abs() < 1e-12, "{diagonals:?}: triangles cover {covered} m²");
-            assert!((shared - 1.69).abs() < 1e-12, "{diagonals:?}: shares sum to {shared} m²");
+            assert!(
+                (covered - 1.69).abs() < 1e-12,
+                "{diagonals:?}: triangles cover {covered} m²"
+            );
+            assert!(
+                (shared - 1.69).abs() < 1e-12,
+                "{diagonals:?}: shares sum to {shared} m²"
+            );
             assert!(lattice.mesh.triangles.iter().all(|&t| {
                 let [a, b, c] = lattice.mesh.corners(t);
                 (b - a).cross(c - a).y > 0.0
@@ -361,7 +470,9 @@ mod tests {
     fn opening_has_a_round_border_and_good_triangles_wherever_it_is() {
         for (center, radius) in [([0.0, 0.0], 0.11), ([0.013, -0.2], 0.07), ([0.3, 0.3], 0.2)] {
             let opening = Opening { center, radius };
-            let lattice = sheet(Diagonals::Alternating, Some(opening)).lattice().unwrap();
+            let lattice = sheet(Diagonals::Alternating, Some(opening))
+                .lattice()
+                .unwrap();
             let away = |vertex: u32| {
                 let p = lattice.mesh.positions[vertex as usize];
                 (p.x - center[0]).hypot(p.z - center[1])
@@ -374,19 +485,38 @@ mod tests {
             assert!(border.len() >= 16, "{} border edges", border.len());
             for (ends, _) in border {
                 for vertex in *ends {
-                    assert!((away(vertex) - radius).abs() < 1e-12, "border vertex at {}", away(vertex));
+                    assert!(
+                        (away(vertex) - radius).abs() < 1e-12,
+                        "border vertex at {}",
+                        away(vertex)
+                    );
                 }
             }
-            let covered: f64 = lattice.mesh.triangles.iter().map(|&t| triangle_area(lattice.mesh.corners(t))).sum();
+            let covered: f64 = lattice
+                .mesh
+                .triangles
+                .iter()
+                .map(|&t| triangle_area(lattice.mesh.corners(t)))
+                .sum();
             let exact = 1.69 - PI * radius * radius;
-            assert!((covered - exact).abs() < 0.02 * PI * radius * radius, "{covered} m² against {exact}");
-            assert!(smallest_angle(&lattice.mesh) > 0.3, "smallest angle {} rad", smallest_angle(&lattice.mesh));
+            assert!(
+                (covered - exact).abs() < 0.02 * PI * radius * radius,
+                "{covered} m² against {exact}"
+            );
+            assert!(
+                smallest_angle(&lattice.mesh) > 0.3,
+                "smallest angle {} rad",
+                smallest_angle(&lattice.mesh)
+            );
         }
     }
 
     #[test]
     fn an_opening_that_does_not_fit_is_refused() {
-        let opening = Some(Opening { center: [0.6, 0.0], radius: 0.11 });
+        let opening = Some(Opening {
+            center: [0.6, 0.0],
+            radius: 0.11,
+        });
         assert!(sheet(Diagonals::Both, opening).lattice().is_err());
     }
 }

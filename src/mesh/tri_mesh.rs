@@ -33,9 +33,11 @@ impl TriMesh {
     /// Smallest and largest coordinates (m); `None` for a mesh without vertices.
     pub fn bounds(&self) -> Option<(DVec3, DVec3)> {
         let first = *self.positions.first()?;
-        Some(self.positions.iter().fold((first, first), |(low, high), &p| {
-            (low.min(p), high.max(p))
-        }))
+        Some(
+            self.positions
+                .iter()
+                .fold((first, first), |(low, high), &p| (low.min(p), high.max(p))),
+        )
     }
 }
 

@@ -3,7 +3,9 @@
 use super::fault::{Fault, SceneError};
 use super::load::LoadedScene;
 use super::place::place;
-use super::schema::{self, ChainShape, ObjShape, ObstacleShape, Select, Shape, SheetShape, SpringKind};
+use super::schema::{
+    self, ChainShape, ObjShape, ObstacleShape, Select, Shape, SheetShape, SpringKind,
+};
 use super::{builtin_mesh, stiffness};
 use crate::collision::Obstacle;
 use crate::force::{Gravity, MassDamping, Spring, SpringBatch, SpringDamping};
@@ -35,8 +37,14 @@ pub fn build(loaded: &LoadedScene) -> Result<Built, SceneError> {
     let mut parts = Parts::default();
     for (i, cloth) in scene.cloth.iter().enumerate() {
         let lattice = lattice(i, cloth).map_err(|fault| loaded.error(&fault))?;
-        let pins = scene.pin.iter().enumerate().filter(|(_, pin)| pin.cloth == cloth.name);
-        parts.add(cloth, lattice, pins).map_err(|fault| loaded.error(&fault))?;
+        let pins = scene
+            .pin
+            .iter()
+            .enumerate()
+            .filter(|(_, pin)| pin.cloth == cloth.name);
+        parts
+            .add(cloth, lattice, pins)
+            .map_err(|fault| loaded.error(&fault))?;
     }
     let mut notes = Vec::new();
     let obstacles = scene
@@ -46,7 +54,11 @@ pub fn build(loaded: &LoadedScene) -> Result<Built, SceneError> {
         .map(|(i, obstacle)| read_obstacle(loaded, i, obstacle, &mut notes))
         .collect::<Result<_, _>>()?;
     let (model, state) = parts.model(scene, obstacles);
-    Ok(Built { model, state, notes })
+    Ok(Built {
+        model,
+        state,
+        notes,
+    })
 }
 
 /// A model in the making: what the cloths have brought so far.
@@ -80,14 +92,22 @@ impl Parts {
                 self.add_springs(kind, cloth, &lattice);
             }
         }
-        let density = cloth.material.area_density.or(cloth.material.linear_density).unwrap_or(0.0);
-        self.masses.extend(lattice.shares.iter().map(|share| share * density));
+        let density = cloth
+            .material
+            .area_density
+            .or(cloth.material.linear_density)
+            .unwrap_or(0.0);
+        self.masses
+            .extend(lattice.shares.iter().map(|share| share * density));
         let masses = self.masses[first..].to_vec();
-        self.drag.extend(masses.iter().map(|m| m * cloth.damping.mass));
+        self.drag
+            .extend(masses.iter().map(|m| m * cloth.damping.mass));
         place(&mut lattice.mesh.positions, cloth.rotate, cloth.translate);
         self.pinned.resize(first + masses.len(), false);
         for (i, pin) in pins {
-            for vertex in select(&pin.select, &lattice).map_err(|cause| Fault::new(format!("pin.{i}.select"), cause))? {
+            for vertex in select(&pin.select, &lattice)
+                .map_err(|cause| Fault::new(format!("pin.{i}.select"), cause))?
+            {
                 self.pinned[first + vertex as usize] = true;
             }
         }
@@ -95,7 +115,12 @@ impl Parts {
         self.cloths.push(Cloth {
             name: cloth.name.clone(),
             particles: first..first + masses.len(),
-            triangles: lattice.mesh.triangles.iter().map(|t| t.map(|vertex| vertex + offset)).collect(),
+            triangles: lattice
+                .mesh
+                .triangles
+                .iter()
+                .map(|t| t.map(|vertex| vertex + offset))
+                .collect(),
         });
         self.positions.extend(&lattice.mesh.positions);
         Ok(())
@@ -110,26 +135,43 @@ impl Parts {
             let stiffness = constant(kind, cloth, segment.area, rest_length);
             if stiffness > 0.0 {
                 let ends = segment.ends.map(|end| end + offset);
-                family.springs.push(Spring { ends, rest_length, stiffness });
+                family.springs.push(Spring {
+                    ends,
+                    rest_length,
+                    stiffness,
+                });
                 family.times.push(cloth.damping.stiffness);
             }
         }
     }
 
     fn model(self, scene: &schema::Scene, obstacles: Vec<Obstacle>) -> (Model, State) {
-        let Self { cloths, positions, masses, pinned, drag, families } = self;
+        let Self {
+            cloths,
+            positions,
+            masses,
+            pinned,
+            drag,
+            families,
+        } = self;
         let names = ["structural", "shear", "bend"];
         let (mut springs, mut spring_damping, mut limited) = (Vec::new(), Vec::new(), Vec::new());
         for (family, name) in families.into_iter().zip(names) {
             if family.springs.is_empty() {
                 continue;
             }
-            let batch = SpringBatch { family: name, springs: family.springs };
+            let batch = SpringBatch {
+                family: name,
+                springs: family.springs,
+            };
             if name != "bend" {
                 limited.extend_from_slice(&batch.springs);
             }
             if family.times.iter().any(|&time| time > 0.0) {
-                spring_damping.push(SpringDamping { springs: batch.clone(), times: family.times });
+                spring_damping.push(SpringDamping {
+                    springs: batch.clone(),
+                    times: family.times,
+                });
             }
             springs.push(batch);
         }
@@ -137,12 +179,21 @@ impl Parts {
         let model = Model {
             cloths,
             inverse_masses: masses.iter().zip(&pinned).map(inverse).collect(),
-            gravity: Gravity { acceleration: DVec3::from_array(scene.gravity), masses: masses.clone() },
+            gravity: Gravity {
+                acceleration: DVec3::from_array(scene.gravity),
+                masses: masses.clone(),
+            },
             masses,
             springs,
-            mass_damping: drag.iter().any(|&c| c > 0.0).then_some(MassDamping { drag }),
+            mass_damping: drag
+                .iter()
+                .any(|&c| c > 0.0)
+                .then_some(MassDamping { drag }),
             spring_damping,
-            strain_limit: scene.strain_limit.as_ref().map(|limit| StrainLimit { max: limit.max, springs: limited }),
+            strain_limit: scene.strain_limit.as_ref().map(|limit| StrainLimit {
+                max: limit.max,
+                springs: limited,
+            }),
             obstacles,
         };
         (model, State::at_rest(positions))
@@ -152,9 +203,21 @@ impl Parts {
 fn lattice(i: usize, cloth: &schema::Cloth) -> Result<Lattice, Fault> {
     match &cloth.shape {
         Shape::Chain(ChainShape { length, links }) => Ok(mesh::chain(*length, *links)),
-        Shape::Sheet(SheetShape { size, cells, diagonals, opening }) => {
-            let sheet = Sheet { size: *size, cells: *cells, diagonals: *diagonals, opening: opening.clone() };
-            let fault = |cause: mesh::OpeningTooLarge| Fault::new(format!("cloth.{i}.shape.sheet.opening"), cause.to_string());
+        Shape::Sheet(SheetShape {
+            size,
+            cells,
+            diagonals,
+            opening,
+        }) => {
+            let sheet = Sheet {
+                size: *size,
+                cells: *cells,
+                diagonals: *diagonals,
+                opening: opening.clone(),
+            };
+            let fault = |cause: mesh::OpeningTooLarge| {
+                Fault::new(format!("cloth.{i}.shape.sheet.opening"), cause.to_string())
+            };
             sheet.lattice().map_err(fault)
         }
     }
@@ -170,20 +233,29 @@ fn places(kind: SpringKind, lattice: &Lattice) -> &[Segment] {
 
 /// Spring constant (N/m) of a spring of a cloth.
 fn constant(kind: SpringKind, cloth: &schema::Cloth, area: f64, length: f64) -> f64 {
-    let (stretch, bend) = (cloth.material.stretch, cloth.material.bend.unwrap_or(0.0));
+    let has = |kind| cloth.springs.contains(&kind);
+    let stretch = cloth.material.stretch;
+    let rigidity = if has(SpringKind::Bend) {
+        cloth.material.bend.unwrap_or(0.0)
+    } else {
+        0.0
+    };
     let Shape::Sheet(SheetShape { diagonals, .. }) = cloth.shape else {
         return match kind {
-            SpringKind::Bend => stiffness::bend_chain(bend, length),
-            _ => stiffness::link(stretch, length),
+            SpringKind::Bend => stiffness::bend_chain(rigidity, stretch, length),
+            _ => stiffness::link(stretch, rigidity, length),
         };
     };
     // Without shear springs the weave carries the load alone, whatever the triangles look like.
-    let sheared = cloth.springs.contains(&SpringKind::Shear);
-    let carrying = if sheared { diagonals } else { Diagonals::None };
+    let carrying = if has(SpringKind::Shear) {
+        diagonals
+    } else {
+        Diagonals::None
+    };
     match kind {
-        SpringKind::Structural => stiffness::structural(stretch, area, length, carrying),
+        SpringKind::Structural => stiffness::structural(stretch, rigidity, area, length, carrying),
         SpringKind::Shear => stiffness::shear(stretch, area, length, diagonals),
-        SpringKind::Bend => stiffness::bend(bend, length),
+        SpringKind::Bend => stiffness::bend(rigidity, stretch, area, length, carrying),
     }
 }
 
@@ -193,30 +265,57 @@ fn select(select: &Select, lattice: &Lattice) -> Result<Vec<u32>, String> {
     let vertices: Vec<u32> = match select {
         Select::Edge(name) => {
             let edge = lattice.edges.iter().find(|(known, _)| known == name);
-            edge.map(|(_, vertices)| vertices.clone()).ok_or("this shape has no edges; select a corner")?
+            edge.map(|(_, vertices)| vertices.clone())
+                .ok_or("this shape has no edges; select a corner")?
         }
-        Select::Corner(names) => names.iter().map(|name| corner(name, lattice)).collect::<Result<_, _>>()?,
+        Select::Corner(names) => names
+            .iter()
+            .map(|name| corner(name, lattice))
+            .collect::<Result<_, _>>()?,
         Select::Vertices(vertices) => vertices.clone(),
         Select::Box([low, high]) => {
             // A micrometre of grace: placing rounds, and boxes are drawn along rows of vertices.
-            let (low, high) = (DVec3::from_array(*low) - 1e-6, DVec3::from_array(*high) + 1e-6);
+            let (low, high) = (
+                DVec3::from_array(*low) - 1e-6,
+                DVec3::from_array(*high) + 1e-6,
+            );
             let inside = |p: &DVec3| p.cmpge(low).all() && p.cmple(high).all();
-            (0..index(positions.len())).filter(|&i| inside(&positions[i as usize])).collect()
+            (0..index(positions.len()))
+                .filter(|&i| inside(&positions[i as usize]))
+                .collect()
         }
     };
-    if let Some(beyond) = vertices.iter().find(|&&vertex| vertex as usize >= positions.len()) {
-        return Err(format!("there is no vertex {beyond}: the cloth has {}, counted from 0", positions.len()));
+    if let Some(beyond) = vertices
+        .iter()
+        .find(|&&vertex| vertex as usize >= positions.len())
+    {
+        return Err(format!(
+            "there is no vertex {beyond}: the cloth has {}, counted from 0",
+            positions.len()
+        ));
     }
     if vertices.is_empty() {
-        return Err("selects no particle; make the box larger or move it (it is in world coordinates)".to_owned());
+        return Err(
+            "selects no particle; make the box larger or move it (it is in world coordinates)"
+                .to_owned(),
+        );
     }
     Ok(vertices)
 }
 
 fn corner(name: &str, lattice: &Lattice) -> Result<u32, String> {
-    let known = || lattice.corners.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>().join(", ");
+    let known = || {
+        lattice
+            .corners
+            .iter()
+            .map(|(name, _)| name.as_str())
+            .collect::<Vec<_>>()
+            .join(", ")
+    };
     let found = lattice.corners.iter().find(|(corner, _)| corner == name);
-    found.map(|(_, vertex)| *vertex).ok_or_else(|| format!("there is no corner \"{name}\"; this shape has {}", known()))
+    found
+        .map(|(_, vertex)| *vertex)
+        .ok_or_else(|| format!("there is no corner \"{name}\"; this shape has {}", known()))
 }
 
 fn read_obstacle(
@@ -226,21 +325,44 @@ fn read_obstacle(
     notes: &mut Vec<String>,
 ) -> Result<Obstacle, SceneError> {
     let ObstacleShape::Obj(ObjShape { path, scale }) = &obstacle.shape;
-    let (text, file) = read_mesh(loaded, path).map_err(|cause| loaded.error(&Fault::new(format!("obstacle.{i}.shape.obj.path"), cause)))?;
-    let error = |cause: String| SceneError { file: file.clone(), line: None, cause };
+    let (text, file) = read_mesh(loaded, path).map_err(|cause| {
+        loaded.error(&Fault::new(format!("obstacle.{i}.shape.obj.path"), cause))
+    })?;
+    let error = |cause: String| SceneError {
+        file: file.clone(),
+        line: None,
+        cause,
+    };
     let (mut mesh, mut repairs) = mesh::read_obj(&text, *scale).map_err(|fault| match fault {
-        mesh::ObjError::Line { line, cause } => SceneError { file: file.clone(), line: Some(line), cause },
+        mesh::ObjError::Line { line, cause } => SceneError {
+            file: file.clone(),
+            line: Some(line),
+            cause,
+        },
         other => error(other.to_string()),
     })?;
     if let Some(edge) = mesh::open_edge(&mesh) {
-        return Err(error(format!("the mesh isn't closed: {edge}; fill its holes, inside and outside can't be told otherwise")));
+        return Err(error(format!(
+            "the mesh isn't closed: {edge}; fill its holes, inside and outside can't be told otherwise"
+        )));
     }
     repairs.turned = mesh::orient_outward(&mut mesh);
     place(&mut mesh.positions, obstacle.rotate, obstacle.translate);
     notes.extend(repair_notes(&file, repairs));
     let surface = surface(&mesh).ok_or_else(|| error("holds no triangles".to_owned()))?;
-    let schema::Obstacle { name, friction, thickness, .. } = obstacle.clone();
-    Ok(Obstacle { name, mesh, surface, friction, thickness })
+    let schema::Obstacle {
+        name,
+        friction,
+        thickness,
+        ..
+    } = obstacle.clone();
+    Ok(Obstacle {
+        name,
+        mesh,
+        surface,
+        friction,
+        thickness,
+    })
 }
 
 fn surface(mesh: &TriMesh) -> Option<Surface> {
@@ -249,7 +371,10 @@ fn surface(mesh: &TriMesh) -> Option<Surface> {
 
 /// The OBJ text at a path relative to the scene, or built in; and what messages call it.
 fn read_mesh(loaded: &LoadedScene, path: &str) -> Result<(String, String), String> {
-    let file = loaded.folder.as_ref().map_or_else(|| path.into(), |folder| folder.join(path));
+    let file = loaded
+        .folder
+        .as_ref()
+        .map_or_else(|| path.into(), |folder| folder.join(path));
     let name = file.display().to_string();
     if !file.exists()
         && let Some(text) = builtin_mesh(path)
@@ -258,11 +383,18 @@ fn read_mesh(loaded: &LoadedScene, path: &str) -> Result<(String, String), Strin
     }
     std::fs::read_to_string(&file)
         .map(|text| (text, name.clone()))
-        .map_err(|fault| format!("{name} can't be read: {fault}; paths are relative to the scene's file"))
+        .map_err(|fault| {
+            format!("{name} can't be read: {fault}; paths are relative to the scene's file")
+        })
 }
 
 fn repair_notes(file: &str, repairs: mesh::Repairs) -> Option<String> {
-    let mesh::Repairs { merged_vertices, degenerate_triangles, duplicate_triangles, turned } = repairs;
+    let mesh::Repairs {
+        merged_vertices,
+        degenerate_triangles,
+        duplicate_triangles,
+        turned,
+    } = repairs;
     let mut done = Vec::new();
     for (count, what) in [
         (merged_vertices, "repeated vertices merged"),

@@ -21,5 +21,7 @@ pub fn builtin_mesh(path: &str) -> Option<&'static str> {
 }
 
 fn find(list: &'static [(&str, &str)], name: &str) -> Option<&'static str> {
-    list.iter().find(|(known, _)| *known == name).map(|(_, text)| *text)
+    list.iter()
+        .find(|(known, _)| *known == name)
+        .map(|(_, text)| *text)
 }

@@ -18,13 +18,28 @@ pub fn model_list(scene: &Scene, model: &Model) -> String {
     for batch in &model.springs {
         let _ = writeln!(text, "- {} springs: {}", batch.family, batch.springs.len());
     }
-    let pinned = (0..model.particles()).filter(|&i| model.is_pinned(i)).count();
+    let pinned = (0..model.particles())
+        .filter(|&i| model.is_pinned(i))
+        .count();
     let _ = writeln!(text, "- pinned particles: {pinned}");
-    part(&mut text, "drag on all motion", model.mass_damping.is_some());
-    part(&mut text, "damping of change of length", !model.spring_damping.is_empty());
+    part(
+        &mut text,
+        "drag on all motion",
+        model.mass_damping.is_some(),
+    );
+    part(
+        &mut text,
+        "damping of change of length",
+        !model.spring_damping.is_empty(),
+    );
     match &model.strain_limit {
         Some(limit) => {
-            let _ = writeln!(text, "- strain limit {:.3} on {} springs", limit.max, limit.springs.len());
+            let _ = writeln!(
+                text,
+                "- strain limit {:.3} on {} springs",
+                limit.max,
+                limit.springs.len()
+            );
         }
         None => part(&mut text, "strain limit", false),
     }
@@ -44,5 +59,13 @@ pub fn model_list(scene: &Scene, model: &Model) -> String {
 }
 
 fn part(text: &mut String, what: &str, modelled: bool) {
-    let _ = writeln!(text, "- {what}: {}", if modelled { "modelled" } else { "not modelled, costs nothing" });
+    let _ = writeln!(
+        text,
+        "- {what}: {}",
+        if modelled {
+            "modelled"
+        } else {
+            "not modelled, costs nothing"
+        }
+    );
 }

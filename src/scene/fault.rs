@@ -31,6 +31,9 @@ pub(super) struct Fault {
 
 impl Fault {
     pub(super) fn new(path: impl Into<String>, cause: impl Into<String>) -> Self {
-        Self { path: path.into(), cause: cause.into() }
+        Self {
+            path: path.into(),
+            cause: cause.into(),
+        }
     }
 }

@@ -26,8 +26,17 @@ pub struct LoadedScene {
 /// An unknown name, an unreadable file, a fault in the TOML or in what it asks for.
 pub fn load(name: &str, changes: &[String]) -> Result<LoadedScene, SceneError> {
     let (text, file, folder) = read(name)?;
-    let loaded = LoadedScene { scene: parse(&text, &file)?, text, file, folder };
-    if changes.is_empty() { loaded.checked() } else { loaded.changed(changes)?.checked() }
+    let loaded = LoadedScene {
+        scene: parse(&text, &file)?,
+        text,
+        file,
+        folder,
+    };
+    if changes.is_empty() {
+        loaded.checked()
+    } else {
+        loaded.changed(changes)?.checked()
+    }
 }
 
 impl LoadedScene {
@@ -41,15 +50,28 @@ impl LoadedScene {
 
     /// The error message of a fault, with the line of its key.
     pub(super) fn error(&self, fault: &Fault) -> SceneError {
-        let cause = if fault.path.is_empty() { fault.cause.clone() } else { format!("{}: {}", fault.path, fault.cause) };
-        SceneError { file: self.file.clone(), line: line_of(&self.text, &fault.path), cause }
+        let cause = if fault.path.is_empty() {
+            fault.cause.clone()
+        } else {
+            format!("{}: {}", fault.path, fault.cause)
+        };
+        SceneError {
+            file: self.file.clone(),
+            line: line_of(&self.text, &fault.path),
+            cause,
+        }
     }
 
     /// This scene with some keys set to other values.
     fn changed(self, changes: &[String]) -> Result<Self, SceneError> {
         let file = format!("{} with {}", self.file, changes.join(" "));
-        let error = |cause: String| SceneError { file: self.file.clone(), line: None, cause };
-        let mut value: toml::Value = toml::from_str(&self.text).map_err(|fault| error(fault.message().to_owned()))?;
+        let error = |cause: String| SceneError {
+            file: self.file.clone(),
+            line: None,
+            cause,
+        };
+        let mut value: toml::Value =
+            toml::from_str(&self.text).map_err(|fault| error(fault.message().to_owned()))?;
         for change in changes {
             let (key, new) = change.split_once('=').ok_or_else(|| {
                 error(format!("\"{change}\" sets nothing: write --set KEY=VALUE, such as --set solver.dt=0.002"))
@@ -57,8 +79,16 @@ impl LoadedScene {
             set(&mut value, key.trim(), literal(new.trim())).map_err(error)?;
         }
         let text = toml::to_string(&value).map_err(|fault| error(fault.to_string()))?;
-        let scene = parse(&text, &file).map_err(|fault| SceneError { line: None, ..fault })?;
-        Ok(Self { scene, text, file, ..self })
+        let scene = parse(&text, &file).map_err(|fault| SceneError {
+            line: None,
+            ..fault
+        })?;
+        Ok(Self {
+            scene,
+            text,
+            file,
+            ..self
+        })
     }
 }
 
@@ -66,7 +96,11 @@ fn read(name: &str) -> Result<(String, String, Option<PathBuf>), SceneError> {
     if let Some(text) = builtin_scene(name) {
         return Ok((text.to_owned(), name.to_owned(), None));
     }
-    let error = |cause: String| SceneError { file: name.to_owned(), line: None, cause };
+    let error = |cause: String| SceneError {
+        file: name.to_owned(),
+        line: None,
+        cause,
+    };
     let path = Path::new(name);
     if !path.exists() && path.extension().is_none() {
         let known: Vec<&str> = BUILTIN.iter().map(|(name, _)| *name).collect();
@@ -75,8 +109,11 @@ fn read(name: &str) -> Result<(String, String, Option<PathBuf>), SceneError> {
             known.join(", ")
         )));
     }
-    let text = std::fs::read_to_string(path)
-        .map_err(|fault| error(format!("can't be read: {fault}; `muslin scenes` lists the built-in scenes")))?;
+    let text = std::fs::read_to_string(path).map_err(|fault| {
+        error(format!(
+            "can't be read: {fault}; `muslin scenes` lists the built-in scenes"
+        ))
+    })?;
     Ok((text, name.to_owned(), path.parent().map(Path::to_path_buf)))
 }
 
@@ -122,18 +159,28 @@ fn literal(text: &str) -> toml::Value {
 
 /// Sets a dotted key; entries of arrays go by number or by their `name`.
 fn set(value: &mut toml::Value, key: &str, new: toml::Value) -> Result<(), String> {
-    let (first, rest) = key.split_once('.').map_or((key, None), |(first, rest)| (first, Some(rest)));
+    let (first, rest) = key
+        .split_once('.')
+        .map_or((key, None), |(first, rest)| (first, Some(rest)));
     let place = match value {
-        toml::Value::Table(table) => {
-            table.entry(first).or_insert_with(|| toml::Value::Table(toml::Table::new()))
-        }
+        toml::Value::Table(table) => table
+            .entry(first)
+            .or_insert_with(|| toml::Value::Table(toml::Table::new())),
         toml::Value::Array(array) => {
-            let named = |entry: &toml::Value| entry.get("name").and_then(toml::Value::as_str) == Some(first);
+            let named = |entry: &toml::Value| {
+                entry.get("name").and_then(toml::Value::as_str) == Some(first)
+            };
             let index = first.parse().ok().or_else(|| array.iter().position(named));
             let entry = index.and_then(|index: usize| array.get_mut(index));
-            entry.ok_or_else(|| format!("--set: there is no entry \"{first}\"; use its number from 0 or its name"))?
+            entry.ok_or_else(|| {
+                format!("--set: there is no entry \"{first}\"; use its number from 0 or its name")
+            })?
         }
-        _ => return Err(format!("--set: \"{first}\" can't be set inside a plain value")),
+        _ => {
+            return Err(format!(
+                "--set: \"{first}\" can't be set inside a plain value"
+            ));
+        }
     };
     match rest {
         Some(rest) => set(place, rest, new),
@@ -150,7 +197,11 @@ mod tests {
 
     #[test]
     fn changes_reach_entries_by_number_and_by_name() {
-        let changes = ["cloth.0.material.stretch=5", "cloth.sheet.shape.sheet.cells=[8, 9]", "name=other"];
+        let changes = [
+            "cloth.0.material.stretch=5",
+            "cloth.sheet.shape.sheet.cells=[8, 9]",
+            "name=other",
+        ];
         let loaded = load("hanging-cloth", &changes.map(String::from)).unwrap();
         assert!((loaded.scene.cloth[0].material.stretch - 5.0).abs() < 1e-15);
         assert_eq!(loaded.scene.name, "other");

@@ -19,6 +19,6 @@ pub use doctor::model_list;
 pub use fault::SceneError;
 pub use load::{LoadedScene, load};
 pub use schema::{
-    ChainShape, Cloth, Damping, IntegratorName, Material, ObjShape, Obstacle, ObstacleShape, Pin, Record, Scene,
-    Select, Shape, SheetShape, Solver, SpringDetailName, SpringKind, StrainLimit,
+    ChainShape, Cloth, Damping, IntegratorName, Material, ObjShape, Obstacle, ObstacleShape, Pin,
+    Record, Scene, Select, Shape, SheetShape, Solver, SpringDetailName, SpringKind, StrainLimit,
 };

@@ -255,13 +255,22 @@ pub enum SpringDetailName {
 
 impl Default for Solver {
     fn default() -> Self {
-        Self { integrator: IntegratorName::default(), dt: 0.004, linear_tolerance: 1e-4 }
+        Self {
+            integrator: IntegratorName::default(),
+            dt: 0.004,
+            linear_tolerance: 1e-4,
+        }
     }
 }
 
 impl Default for Record {
     fn default() -> Self {
-        Self { fps: 60.0, springs: SpringDetailName::default(), strain_range: 0.05, checkpoint: 1.0 }
+        Self {
+            fps: 60.0,
+            springs: SpringDetailName::default(),
+            strain_range: 0.05,
+            checkpoint: 1.0,
+        }
     }
 }
 

@@ -1,7 +1,9 @@
 //! Does what a scene asks for make sense? The first fault, with its key.
 
 use super::fault::Fault;
-use super::schema::{ChainShape, Cloth, ObjShape, Obstacle, ObstacleShape, Scene, Shape, SheetShape, SpringKind};
+use super::schema::{
+    ChainShape, Cloth, ObjShape, Obstacle, ObstacleShape, Scene, Shape, SheetShape, SpringKind,
+};
 
 /// Checks every value that parsing can't.
 pub(super) fn check(scene: &Scene) -> Result<(), Fault> {
@@ -16,21 +18,35 @@ pub(super) fn check(scene: &Scene) -> Result<(), Fault> {
         positive("strain_limit.max", limit.max)?;
     }
     if scene.cloth.is_empty() {
-        return Err(Fault::new("", "has no [[cloth]]: there is nothing to simulate"));
+        return Err(Fault::new(
+            "",
+            "has no [[cloth]]: there is nothing to simulate",
+        ));
     }
     for (i, cloth) in scene.cloth.iter().enumerate() {
         check_cloth(&format!("cloth.{i}"), cloth)?;
-        unique(&format!("cloth.{i}.name"), &cloth.name, scene.cloth[..i].iter().map(|other| &other.name))?;
+        unique(
+            &format!("cloth.{i}.name"),
+            &cloth.name,
+            scene.cloth[..i].iter().map(|other| &other.name),
+        )?;
     }
     for (i, pin) in scene.pin.iter().enumerate() {
         if !scene.cloth.iter().any(|cloth| cloth.name == pin.cloth) {
-            let cause = format!("there is no cloth \"{}\"; use the name of a [[cloth]]", pin.cloth);
+            let cause = format!(
+                "there is no cloth \"{}\"; use the name of a [[cloth]]",
+                pin.cloth
+            );
             return Err(Fault::new(format!("pin.{i}.cloth"), cause));
         }
     }
     for (i, obstacle) in scene.obstacle.iter().enumerate() {
         check_obstacle(&format!("obstacle.{i}"), obstacle)?;
-        unique(&format!("obstacle.{i}.name"), &obstacle.name, scene.obstacle[..i].iter().map(|other| &other.name))?;
+        unique(
+            &format!("obstacle.{i}.name"),
+            &obstacle.name,
+            scene.obstacle[..i].iter().map(|other| &other.name),
+        )?;
     }
     Ok(())
 }
@@ -41,14 +57,28 @@ fn check_cloth(at: &str, cloth: &Cloth) -> Result<(), Fault> {
     check_shape(at, &cloth.shape)?;
     let material = &cloth.material;
     let (key, density, other) = match cloth.shape {
-        Shape::Sheet(_) => ("area_density", material.area_density, material.linear_density.map(|_| "linear_density")),
-        Shape::Chain(_) => ("linear_density", material.linear_density, material.area_density.map(|_| "area_density")),
+        Shape::Sheet(_) => (
+            "area_density",
+            material.area_density,
+            material.linear_density.map(|_| "linear_density"),
+        ),
+        Shape::Chain(_) => (
+            "linear_density",
+            material.linear_density,
+            material.area_density.map(|_| "area_density"),
+        ),
     };
     if let Some(other) = other {
-        return Err(Fault::new(format!("{at}.material.{other}"), format!("this shape's mass is given by {key}")));
+        return Err(Fault::new(
+            format!("{at}.material.{other}"),
+            format!("this shape's mass is given by {key}"),
+        ));
     }
     let Some(density) = density else {
-        return Err(Fault::new(format!("{at}.material"), format!("{key} is missing: the mass of this shape")));
+        return Err(Fault::new(
+            format!("{at}.material"),
+            format!("{key} is missing: the mass of this shape"),
+        ));
     };
     positive(&format!("{at}.material.{key}"), density)?;
     positive(&format!("{at}.material.stretch"), material.stretch)?;
@@ -62,7 +92,10 @@ fn check_cloth(at: &str, cloth: &Cloth) -> Result<(), Fault> {
         None => {}
     }
     if !cloth.springs.contains(&SpringKind::Structural) {
-        return Err(Fault::new(format!("{at}.springs"), "must contain \"structural\": without them a cloth falls apart"));
+        return Err(Fault::new(
+            format!("{at}.springs"),
+            "must contain \"structural\": without them a cloth falls apart",
+        ));
     }
     not_negative(&format!("{at}.damping.mass"), cloth.damping.mass)?;
     not_negative(&format!("{at}.damping.stiffness"), cloth.damping.stiffness)
@@ -70,11 +103,19 @@ fn check_cloth(at: &str, cloth: &Cloth) -> Result<(), Fault> {
 
 fn check_shape(at: &str, shape: &Shape) -> Result<(), Fault> {
     match shape {
-        Shape::Sheet(SheetShape { size, cells, opening, .. }) => {
+        Shape::Sheet(SheetShape {
+            size,
+            cells,
+            opening,
+            ..
+        }) => {
             for side in size {
                 positive(&format!("{at}.shape.sheet.size"), *side)?;
             }
-            count(&format!("{at}.shape.sheet.cells"), u64::from(cells[0]) * u64::from(cells[1]))?;
+            count(
+                &format!("{at}.shape.sheet.cells"),
+                u64::from(cells[0]) * u64::from(cells[1]),
+            )?;
             if let Some(opening) = opening {
                 finite(&format!("{at}.shape.sheet.opening.center"), &opening.center)?;
                 positive(&format!("{at}.shape.sheet.opening.radius"), opening.radius)?;
@@ -101,21 +142,30 @@ fn positive(path: &str, value: f64) -> Result<(), Fault> {
     if value.is_finite() && value > 0.0 {
         return Ok(());
     }
-    Err(Fault::new(path, format!("is {value}; it must be a finite number above 0")))
+    Err(Fault::new(
+        path,
+        format!("is {value}; it must be a finite number above 0"),
+    ))
 }
 
 fn not_negative(path: &str, value: f64) -> Result<(), Fault> {
     if value.is_finite() && value >= 0.0 {
         return Ok(());
     }
-    Err(Fault::new(path, format!("is {value}; it must be a finite number, 0 or more")))
+    Err(Fault::new(
+        path,
+        format!("is {value}; it must be a finite number, 0 or more"),
+    ))
 }
 
 fn finite(path: &str, values: &[f64]) -> Result<(), Fault> {
     if values.iter().all(|value| value.is_finite()) {
         return Ok(());
     }
-    Err(Fault::new(path, format!("is {values:?}; every number must be finite")))
+    Err(Fault::new(
+        path,
+        format!("is {values:?}; every number must be finite"),
+    ))
 }
 
 /// Twenty million cells take 10 GB; more is a slip of the pen.
@@ -126,17 +176,27 @@ fn count(path: &str, cells: u64) -> Result<(), Fault> {
         return Err(Fault::new(path, "must be at least 1"));
     }
     if cells > MOST_CELLS {
-        return Err(Fault::new(path, format!("asks for {cells} cells; at most {MOST_CELLS} fit into memory")));
+        return Err(Fault::new(
+            path,
+            format!("asks for {cells} cells; at most {MOST_CELLS} fit into memory"),
+        ));
     }
     Ok(())
 }
 
-fn unique<'a>(path: &str, name: &str, mut others: impl Iterator<Item = &'a String>) -> Result<(), Fault> {
+fn unique<'a>(
+    path: &str,
+    name: &str,
+    mut others: impl Iterator<Item = &'a String>,
+) -> Result<(), Fault> {
     if name.is_empty() {
         return Err(Fault::new(path, "is empty; give it a name"));
     }
     if others.any(|other| other == name) {
-        return Err(Fault::new(path, format!("\"{name}\" is taken; names must differ")));
+        return Err(Fault::new(
+            path,
+            format!("\"{name}\" is taken; names must differ"),
+        ));
     }
     Ok(())
 }

@@ -30,13 +30,13 @@ pub struct Diverged {
 pub enum Sign {
     /// A position or velocity is not a number or infinite.
     NotFinite,
-    /// A spring is stretched beyond [`SENSELESS_STRAIN`].
+    /// A spring is stretched beyond sense.
     Stretched,
 }
 
 /// A strain that no cloth has: threefold length. Where springs of one cell are that long in the
 /// middle of a step, forces are off by orders of magnitude, and strain limiting would hide it.
-pub const SENSELESS_STRAIN: f64 = 2.0;
+const SENSELESS_STRAIN: f64 = 2.0;
 
 impl fmt::Display for Diverged {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -45,15 +45,33 @@ impl fmt::Display for Diverged {
             Sign::NotFinite => "is no longer finite",
             Sign::Stretched => "is torn away",
         };
-        write!(f, "diverged in step {} at t = {:.6} s: particle {particle} of \"{cloth}\" {sign}", self.step, self.time)?;
+        write!(
+            f,
+            "diverged in step {} at t = {:.6} s: particle {particle} of \"{cloth}\" {sign}",
+            self.step, self.time
+        )?;
         if let Some((family, [i, j], strain)) = self.spring {
-            write!(f, "; the {family} spring between particles {i} and {j} has strain {strain:.3e}")?;
+            write!(
+                f,
+                "; the {family} spring between particles {i} and {j} has strain {strain:.3e}"
+            )?;
         }
-        write!(f, "; the step is {:.3e} s, the stable step of symplectic-euler {:.3e} s", self.dt, self.stable_dt)?;
+        write!(
+            f,
+            "; the step is {:.3e} s, the stable step of symplectic-euler {:.3e} s",
+            self.dt, self.stable_dt
+        )?;
         if self.explicit && self.dt > self.stable_dt {
-            write!(f, "; use --dt {:.1e} or less, or --integrator implicit-euler", 0.9 * self.stable_dt)
+            write!(
+                f,
+                "; use --dt {:.1e} or less, or --integrator implicit-euler",
+                0.9 * self.stable_dt
+            )
         } else {
-            write!(f, "; use a smaller --dt, or look at the scene: pins that are too far apart, an obstacle's mesh")
+            write!(
+                f,
+                "; use a smaller --dt, or look at the scene: pins that are too far apart, an obstacle's mesh"
+            )
         }
     }
 }
@@ -63,7 +81,9 @@ impl std::error::Error for Diverged {}
 impl Simulation {
     /// Looks at strains before limiting, which would hide a senseless one.
     pub(super) fn check_sense(&mut self) -> Result<(), Diverged> {
-        let worst = self.most_strained().filter(|(_, _, strain)| !(*strain <= SENSELESS_STRAIN));
+        let worst = self
+            .most_strained()
+            .filter(|(_, _, strain)| strain.is_nan() || *strain > SENSELESS_STRAIN);
         match worst {
             // Whatever already was so long before the step is the scene's own doing.
             Some((_, spring, strain)) if strain > 1.5 * spring.strain(&self.before.positions) => {
@@ -75,12 +95,19 @@ impl Simulation {
     }
 
     pub(super) fn check_finite(&mut self) -> Result<(), Diverged> {
-        if self.state.first_non_finite().is_some() { Err(self.diverged(Sign::NotFinite)) } else { Ok(()) }
+        if self.state.first_non_finite().is_some() {
+            Err(self.diverged(Sign::NotFinite))
+        } else {
+            Ok(())
+        }
     }
 
     /// Family, spring and strain of the most strained spring of the weave; NaN counts as most.
     fn most_strained(&self) -> Option<(&'static str, Spring, f64)> {
-        let springs = self.model.weave().flat_map(|batch| batch.springs.iter().map(|spring| (batch.family, *spring)));
+        let springs = self
+            .model
+            .weave()
+            .flat_map(|batch| batch.springs.iter().map(|spring| (batch.family, *spring)));
         springs
             .map(|(family, spring)| (family, spring, spring.strain(&self.state.positions)))
             .max_by(|a, b| a.2.abs().total_cmp(&b.2.abs()))
@@ -104,10 +131,15 @@ impl Simulation {
             time,
             sign,
             particle: (cloth.to_owned(), number),
-            spring: worst.map(|(family, spring, strain)| (family, spring.ends.map(|end| place(end as usize).1), strain)),
+            spring: worst.map(|(family, spring, strain)| {
+                (family, spring.ends.map(|end| place(end as usize).1), strain)
+            }),
             dt: self.dt,
             stable_dt: stable_step(&self.model, &self.state).dt,
-            explicit: matches!(self.integrator, crate::integrator::Integrator::SymplecticEuler),
+            explicit: matches!(
+                self.integrator,
+                crate::integrator::Integrator::SymplecticEuler
+            ),
         }
     }
 }

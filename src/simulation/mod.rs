@@ -58,7 +58,11 @@ impl Simulation {
     /// A simulation at its first state. `dt` is the step (s).
     pub fn new(model: Model, state: State, integrator: Integrator, dt: f64) -> Self {
         let particles = model.particles();
-        let limited = if model.strain_limit.is_some() { particles } else { 0 };
+        let limited = if model.strain_limit.is_some() {
+            particles
+        } else {
+            0
+        };
         Self {
             before: state.clone(),
             scheme: integrator.scheme(&model),
@@ -88,15 +92,30 @@ impl Simulation {
         self.book_damping();
         let limited = self.limit_strain_and_contact();
         let strain = self.measure_strain();
-        let step = StepStats { solve, limited, strain, depth: self.contacts.deepest() };
+        let step = StepStats {
+            solve,
+            limited,
+            strain,
+            depth: self.contacts.deepest(),
+        };
         self.check_finite()?;
         self.book(&step);
         Ok(step)
     }
 
     fn integrate(&mut self) -> Solve {
-        let Self { scheme, model, contacts, dt, state, stats, .. } = self;
-        let solve = stats.times.time(Stage::Integrate, || scheme.advance(model, contacts, *dt, state));
+        let Self {
+            scheme,
+            model,
+            contacts,
+            dt,
+            state,
+            stats,
+            ..
+        } = self;
+        let solve = stats.times.time(Stage::Integrate, || {
+            scheme.advance(model, contacts, *dt, state)
+        });
         let steps = stats.steps + 1;
         // n dt, not a sum of dt: after a million steps a sum is off by 1e-10 s.
         #[expect(clippy::cast_precision_loss, reason = "steps stay far below 2⁵³")]
@@ -108,8 +127,17 @@ impl Simulation {
 
     /// Books what damping took, at the scheme's own velocities: limits and contact change them after.
     fn book_damping(&mut self) {
-        let Self { model, state, ledger, stats, dt, .. } = self;
-        stats.times.time(Stage::Measure, || ledger.book(model, state, *dt));
+        let Self {
+            model,
+            state,
+            ledger,
+            stats,
+            dt,
+            ..
+        } = self;
+        stats
+            .times
+            .time(Stage::Measure, || ledger.book(model, state, *dt));
     }
 
     /// Repeats strain limiting and contact until nothing is inside a body any more.
@@ -122,7 +150,10 @@ impl Simulation {
             // What is only too close is moved once; the next round brings its springs in order.
             let spread = round == 0;
             if self.respond(spread) == 0 && !(spread && self.model.strain_limit.is_some()) {
-                return Limited { after: limited.after, ..first };
+                return Limited {
+                    after: limited.after,
+                    ..first
+                };
             }
         }
         self.detect_contacts();
@@ -131,8 +162,19 @@ impl Simulation {
 
     /// Shortens what is stretched too far; the way moved becomes velocity.
     fn limit_strain(&mut self) -> Limited {
-        let Self { model, state, unlimited, walls, contacts, dt, stats, .. } = self;
-        let Some(limit) = &model.strain_limit else { return Limited::default() };
+        let Self {
+            model,
+            state,
+            unlimited,
+            walls,
+            contacts,
+            dt,
+            stats,
+            ..
+        } = self;
+        let Some(limit) = &model.strain_limit else {
+            return Limited::default();
+        };
         stats.times.time(Stage::LimitStrain, || {
             unlimited.copy_from_slice(&state.positions);
             walls.fill(Wall::default());
@@ -150,7 +192,14 @@ impl Simulation {
     }
 
     fn detect_contacts(&mut self) {
-        let Self { model, state, contacts, detection, stats, .. } = self;
+        let Self {
+            model,
+            state,
+            contacts,
+            detection,
+            stats,
+            ..
+        } = self;
         if !model.obstacles.is_empty() {
             stats.times.time(Stage::DetectContacts, || {
                 detection.find(&model.obstacles, &state.positions, contacts);
@@ -159,19 +208,42 @@ impl Simulation {
     }
 
     fn respond(&mut self, spread: bool) -> usize {
-        let Self { model, state, contacts, stats, .. } = self;
-        let masses = Masses { masses: &model.masses, inverse: &model.inverse_masses };
-        stats.times.time(Stage::Respond, || respond(contacts, masses, spread, state))
+        let Self {
+            model,
+            state,
+            contacts,
+            stats,
+            ..
+        } = self;
+        let masses = Masses {
+            masses: &model.masses,
+            inverse: &model.inverse_masses,
+        };
+        stats
+            .times
+            .time(Stage::Respond, || respond(contacts, masses, spread, state))
     }
 
     /// Largest strain of the springs that stand for the weave; 0 without springs.
     fn measure_strain(&mut self) -> f64 {
-        let Self { model, state, stats, .. } = self;
-        stats.times.time(Stage::Measure, || largest_strain(model, &state.positions))
+        let Self {
+            model,
+            state,
+            stats,
+            ..
+        } = self;
+        stats
+            .times
+            .time(Stage::Measure, || largest_strain(model, &state.positions))
     }
 
     fn book(&mut self, step: &StepStats) {
-        let Self { model, state, stats, .. } = self;
+        let Self {
+            model,
+            state,
+            stats,
+            ..
+        } = self;
         let kinetic = stats.times.time(Stage::Measure, || kinetic(model, state));
         stats.kinetic_peak = stats.kinetic_peak.max(kinetic);
         stats.strain = step.strain;
@@ -224,7 +296,11 @@ impl Simulation {
 fn largest_strain(model: &Model, positions: &[DVec3]) -> f64 {
     let springs = model.weave().flat_map(|batch| &batch.springs);
     let stretch_squared = springs
-        .map(|spring| spring.span(positions).length_squared() / (spring.rest_length * spring.rest_length))
-        .fold(None, |most: Option<f64>, x| Some(most.map_or(x, |most| most.max(x))));
+        .map(|spring| {
+            spring.span(positions).length_squared() / (spring.rest_length * spring.rest_length)
+        })
+        .fold(None, |most: Option<f64>, x| {
+            Some(most.map_or(x, |most| most.max(x)))
+        });
     stretch_squared.map_or(0.0, |x| x.sqrt() - 1.0)
 }

@@ -1,5 +1,6 @@
 //! How long a step may be for an explicit scheme, from the model as it stands.
 
+use crate::force::Stiffness;
 use crate::linear::{Assembly, PairMatrix};
 use crate::model::Model;
 use crate::state::State;
@@ -12,7 +13,7 @@ pub struct StableStep {
     pub dt: f64,
     /// Largest ω of M⁻¹K (rad/s).
     pub omega: f64,
-    /// Family and ends of the spring with the largest k (1/m_i + 1/m_j).
+    /// Family and ends of the spring with the largest k (1/mᵢ + 1/mⱼ).
     pub spring: Option<(&'static str, [u32; 2])>,
 }
 
@@ -21,14 +22,24 @@ const ITERATIONS: u32 = 200;
 
 /// Forecasts the largest stable step of symplectic Euler at a state.
 ///
-/// With ω² the largest eigenvalue of M⁻¹K and c = c_mass + τ ω² the damping of that mode, the scheme
+/// With ω² the largest eigenvalue of M⁻¹K and c = drag/m + τ ω² the damping of that mode, the scheme
 /// is stable while 4 − 2 c dt − ω² dt² ≥ 0: dt = (√(c² + 4 ω²) − c) / ω²; undamped, dt = 2/ω.
 pub fn stable_step(model: &Model, state: &State) -> StableStep {
     let omega_squared = largest_eigenvalue(model, state);
     let drag = model.mass_damping.as_ref().map_or(0.0, |damping| {
-        damping.drag.iter().zip(&model.masses).map(|(c, m)| c / m).fold(0.0, f64::max)
+        damping
+            .drag
+            .iter()
+            .zip(&model.masses)
+            .map(|(c, m)| c / m)
+            .fold(0.0, f64::max)
     });
-    let time = model.spring_damping.iter().flat_map(|damping| &damping.times).copied().fold(0.0, f64::max);
+    let time = model
+        .spring_damping
+        .iter()
+        .flat_map(|damping| &damping.times)
+        .copied()
+        .fold(0.0, f64::max);
     let c = drag + time * omega_squared;
     let dt = if omega_squared > 0.0 {
         (c.hypot(2.0 * omega_squared.sqrt()) - c) / omega_squared
@@ -37,17 +48,28 @@ pub fn stable_step(model: &Model, state: &State) -> StableStep {
     } else {
         f64::INFINITY
     };
-    StableStep { dt, omega: omega_squared.sqrt(), spring: stiffest(model) }
+    StableStep {
+        dt,
+        omega: omega_squared.sqrt(),
+        spring: stiffest(model),
+    }
 }
 
 /// Largest eigenvalue of M⁻¹K (1/s²) by power iteration on M^-½ K M^-½.
 fn largest_eigenvalue(model: &Model, state: &State) -> f64 {
     let particles = model.particles();
-    let pairs: Vec<_> = model.stiffnesses().map(|law| law.pairs()).collect();
+    let pairs: Vec<_> = model.stiffnesses().map(Stiffness::pairs).collect();
     let mut matrix = PairMatrix::with_pattern(particles, pairs.iter().flatten().copied());
     for (law, pairs) in model.stiffnesses().zip(&pairs) {
         let slots: Vec<u32> = pairs.iter().filter_map(|&pair| matrix.slot(pair)).collect();
-        law.add_jacobian(state, 1.0, &mut Assembly { matrix: &mut matrix, slots: &slots });
+        law.add_jacobian(
+            state,
+            1.0,
+            &mut Assembly {
+                matrix: &mut matrix,
+                slots: &slots,
+            },
+        );
     }
     let root: Vec<f64> = model.inverse_masses.iter().map(|w| w.sqrt()).collect();
     let mut x: Vec<DVec3> = (0..particles).map(seed).collect();
@@ -58,7 +80,11 @@ fn largest_eigenvalue(model: &Model, state: &State) -> f64 {
         if length == 0.0 {
             return 0.0;
         }
-        let scaled: Vec<DVec3> = x.iter().zip(&root).map(|(x, r)| *x * (r / length)).collect();
+        let scaled: Vec<DVec3> = x
+            .iter()
+            .zip(&root)
+            .map(|(x, r)| *x * (r / length))
+            .collect();
         matrix.multiply(&scaled, &mut y);
         value = scaled.iter().zip(&y).map(|(x, y)| x.dot(*y)).sum();
         for i in 0..particles {
@@ -72,14 +98,27 @@ fn largest_eigenvalue(model: &Model, state: &State) -> f64 {
 fn seed(i: usize) -> DVec3 {
     #[expect(clippy::cast_precision_loss, reason = "any number will do")]
     let t = i as f64;
-    DVec3::new((2.1 * t).sin(), (2.9 * t + 1.0).sin(), (2.5 * t + 2.0).sin())
+    DVec3::new(
+        (2.1 * t).sin(),
+        (2.9 * t + 1.0).sin(),
+        (2.5 * t + 2.0).sin(),
+    )
 }
 
 fn stiffest(model: &Model) -> Option<(&'static str, [u32; 2])> {
     let w = &model.inverse_masses;
-    let springs = model.springs.iter().flat_map(|batch| batch.springs.iter().map(|s| (batch.family, s)));
+    let springs = model
+        .springs
+        .iter()
+        .flat_map(|batch| batch.springs.iter().map(|s| (batch.family, s)));
     springs
-        .map(|(family, s)| (s.stiffness * (w[s.ends[0] as usize] + w[s.ends[1] as usize]), family, s.ends))
+        .map(|(family, s)| {
+            (
+                s.stiffness * (w[s.ends[0] as usize] + w[s.ends[1] as usize]),
+                family,
+                s.ends,
+            )
+        })
         .max_by(|a, b| a.0.total_cmp(&b.0))
         .map(|(_, family, ends)| (family, ends))
 }

@@ -1,0 +1,8 @@
+//! The integration tests: one binary, one module a topic.
+
+mod architecture;
+mod laws;
+mod program;
+mod runs;
+mod support;
+mod truths;
