@@ -1,4 +1,77 @@
-//! wip
+//! **muslin** simulates cloth and other mass–spring structures, drapes them over triangle meshes and
+//! streams what happens to the Rerun viewer.
+//!
+//! # The map
+//!
+//! Data flows one way through the rooms, and a room names only those before it:
+//!
+//! ```text
+//! mesh → linear → state → force → strain_limit → collision → model → scene → integrator → energy → simulation → frame → recorder → pipeline → export → cli
+//! ```
+//!
+//! - [`mesh`]: triangle meshes, the shapes of cloth, distances to bodies; no physics.
+//! - [`linear`]: the matrix of the implicit schemes and its solver.
+//! - [`state`]: what moves. [`model`]: what doesn't.
+//! - [`force`], [`strain_limit`], [`collision`]: the laws.
+//! - [`scene`]: from TOML to a model and a first state.
+//! - [`integrator`]: the schemes. [`energy`]: the ledger. [`simulation`]: one step as named stages.
+//! - [`frame`]: owned snapshots. [`recorder`]: where they go. [`pipeline`]: the two threads.
+//! - [`export`]: states read back. [`cli`]: the program.
+//!
+//! # A tour
+//!
+//! A scene is read, with changes, and checked:
+//!
+//! ```
+//! let changes = ["cloth.0.shape.sheet.cells=[20, 20]".to_owned()];
+//! let loaded = muslin::scene::load("hanging-cloth", &changes)?;
+//! let built = muslin::scene::build(&loaded)?;
+//! assert_eq!(built.model.particles(), 21 * 21);
+//! # Ok::<(), muslin::scene::SceneError>(())
+//! ```
+//!
+//! How long may a step be for an explicit scheme?
+//!
+//! ```
+//! # let loaded = muslin::scene::load("hanging-cloth", &[])?;
+//! # let built = muslin::scene::build(&loaded)?;
+//! let stable = muslin::simulation::stable_step(&built.model, &built.state);
+//! assert!(stable.dt > 1e-4 && stable.dt < 1e-3);
+//! # Ok::<(), muslin::scene::SceneError>(())
+//! ```
+//!
+//! An implicit scheme may take longer ones; energy is accounted for on the way:
+//!
+//! ```
+//! use muslin::{energy::Energies, integrator::Integrator, simulation::Simulation};
+//! # let loaded = muslin::scene::load("hanging-cloth", &[])?;
+//! # let built = muslin::scene::build(&loaded)?;
+//! let scheme = Integrator::ImplicitEuler { linear_tolerance: 1e-4 };
+//! let mut simulation = Simulation::new(built.model, built.state, scheme, 0.004);
+//! for _ in 0..25 {
+//!     simulation.step()?;
+//! }
+//! let energies = Energies::of(simulation.model(), simulation.state());
+//! let lost = simulation.ledger().initial - energies.total();
+//! assert!(lost > 0.0 && lost < 0.05 * energies.kinetic, "{lost} J");
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! Frames are taken from it and recorded; here in memory:
+//!
+//! ```
+//! use muslin::recorder::{MemoryRecorder, Recorder};
+//! # use muslin::{integrator::Integrator, simulation::Simulation};
+//! # let loaded = muslin::scene::load("hanging-cloth", &[])?;
+//! # let built = muslin::scene::build(&loaded)?;
+//! # let simulation = Simulation::new(built.model, built.state, Integrator::SymplecticEuler, 1e-4);
+//! let (mut capture, header) = muslin::frame::Capture::new(&loaded, &simulation);
+//! let mut recorder = MemoryRecorder::new(header);
+//! recorder.record(&capture.frame(&simulation, Vec::new(), true))?;
+//! assert_eq!(recorder.finish()?.frames, 1);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
 pub mod cli;
 pub mod collision;
 pub mod energy;

@@ -7,7 +7,7 @@
 use crate::frame::{Capture, Event, Frame, Level};
 use crate::recorder::{RecordError, Recorded, Recorder};
 use crate::simulation::{Diverged, Simulation};
-use crossbeam_channel::{Receiver, Sender, bounded};
+use crossbeam_channel::{Sender, bounded};
 use std::panic::resume_unwind;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread;
@@ -106,7 +106,7 @@ pub fn run(
     let (stepped, recorded) = thread::scope(|scope| {
         let recording = thread::Builder::new()
             .name("record".to_owned())
-            .spawn_scoped(scope, || record(&receiver, recorder, &dropped))
+            .spawn_scoped(scope, || record(receiver.into_iter(), recorder, &dropped))
             .map_err(thread_error)?;
         let run = Run {
             simulation,
@@ -140,14 +140,13 @@ pub fn run(
 
 /// The logging thread: records until the simulation is done, and completes the recording.
 fn record(
-    receiver: &Receiver<Frame>,
+    frames: crossbeam_channel::IntoIter<Frame>,
     recorder: &mut (dyn Recorder + Send),
     dropped: &AtomicU64,
 ) -> Result<Recorded, RecordError> {
-    for frame in receiver {
+    for frame in frames {
         if let Err(error) = recorder.record(&frame) {
-            // Nobody listens any more: the simulation's next frame can't be sent, and it ends.
-            while receiver.try_recv().is_ok() {}
+            // The receiver goes: the simulation's next frame can't be sent, and the run ends.
             return recorder.finish().and(Err(error));
         }
         dropped.store(recorder.dropped_live_frames(), Ordering::Relaxed);

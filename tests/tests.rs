@@ -1,5 +1,12 @@
 //! The integration tests: one binary, one module a topic.
 
+#![allow(
+    clippy::unwrap_used,
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "a test may panic, and its numbers are small"
+)]
+
 mod architecture;
 mod laws;
 mod program;

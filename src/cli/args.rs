@@ -82,11 +82,16 @@ impl SceneArgs {
                 .as_ref()
                 .map(|name| format!("solver.integrator={name:?}")),
         );
-        changes.extend(dt.map(|dt| format!("solver.dt={dt:?}")));
-        changes.extend(duration.map(|duration| format!("duration={duration:?}")));
-        changes.extend(fps.map(|fps| format!("record.fps={fps:?}")));
+        changes.extend(dt.map(|dt| format!("solver.dt={}", toml_number(dt))));
+        changes.extend(duration.map(|duration| format!("duration={}", toml_number(duration))));
+        changes.extend(fps.map(|fps| format!("record.fps={}", toml_number(fps))));
         changes
     }
+}
+
+/// A number as TOML writes it: `nan`, not Rust's `NaN`.
+fn toml_number(x: f64) -> String {
+    format!("{x:?}").to_lowercase()
 }
 
 /// What to run and where it goes.

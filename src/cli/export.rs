@@ -2,6 +2,7 @@
 
 use super::Failure;
 use super::args::ExportArgs;
+use super::run::same_file;
 use crate::export::{At, read_checkpoint, write_csv};
 use anyhow::{Context as _, anyhow};
 use std::io::{BufWriter, Write as _};
@@ -13,6 +14,18 @@ pub(super) fn run(args: &ExportArgs) -> Result<(), Failure> {
             Failure::Input(anyhow!("--at {time}: {fault}; write `last` or seconds"))
         })?),
     };
+    if matches!(at, At::Time(time) if !time.is_finite()) {
+        return Err(Failure::Input(anyhow!(
+            "--at {}: write `last` or seconds",
+            args.at
+        )));
+    }
+    if same_file(&args.csv, &args.recording) {
+        return Err(Failure::Input(anyhow!(
+            "--csv {}: that is the recording; choose another",
+            args.csv.display()
+        )));
+    }
     let checkpoint = read_checkpoint(&args.recording, at).map_err(Failure::input)?;
     let path = args.csv.display();
     let unwritable = || format!("{path} can't be written; choose another with --csv");

@@ -24,12 +24,14 @@ enum Failure {
 }
 
 impl Failure {
-    fn input(error: impl Into<anyhow::Error>) -> Self {
-        Self::Input(error.into())
+    /// Bad input, by an error whose message is complete: its source is not said again.
+    fn input(error: impl std::fmt::Display) -> Self {
+        Self::Input(anyhow::anyhow!("{error}"))
     }
 
-    fn run(error: impl Into<anyhow::Error>) -> Self {
-        Self::Run(error.into())
+    /// A failed run, by an error whose message is complete.
+    fn run(error: impl std::fmt::Display) -> Self {
+        Self::Run(anyhow::anyhow!("{error}"))
     }
 }
 

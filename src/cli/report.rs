@@ -89,6 +89,20 @@ fn energy(finished: &Finished) -> Value {
     })
 }
 
+/// What a reader of the summary must not miss.
+fn warnings(report: &Value) -> String {
+    let unsolved = report
+        .pointer("/solver/unconverged_solves")
+        .and_then(Value::as_u64)
+        .unwrap_or(0);
+    if unsolved == 0 {
+        return String::new();
+    }
+    format!(
+        "\nWARNING: {unsolved} linear solves ended before their tolerance; use a smaller --dt or a larger solver.linear_tolerance"
+    )
+}
+
 /// A few lines for people.
 pub(super) fn summary(report: &Value) -> String {
     let number = |path: &str| {
@@ -99,7 +113,7 @@ pub(super) fn summary(report: &Value) -> String {
     };
     format!(
         "{}: {} after {:.3} s simulated in {:.1} s, {:.1} ms per 1/60 s\n\
-         largest strain ever {:.2} %, deepest penetration ever {:.3} mm, kinetic energy {:.2e} J (peak {:.2e} J)",
+         largest strain ever {:.2} %, deepest penetration ever {:.3} mm, kinetic energy {:.2e} J (peak {:.2e} J){}",
         report["scene"].as_str().unwrap_or_default(),
         report["outcome"].as_str().unwrap_or_default(),
         number("/simulated_s"),
@@ -109,5 +123,6 @@ pub(super) fn summary(report: &Value) -> String {
         1000.0 * number("/contact/max_depth_ever_m"),
         number("/energy/kinetic"),
         number("/peak_kinetic_j"),
+        warnings(report),
     )
 }

@@ -18,7 +18,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 pub(super) fn run(args: &RunArgs) -> Result<(), Failure> {
     let (loaded, simulation, mut notes) = prepare(&args.scene)?;
     let threads = threads(&args.scene)?;
-    let report_file = args.report.as_deref().map(create).transpose()?;
+    check_outputs(args, &loaded)?;
     notes.extend(too_many_frames(&loaded));
     let (capture, header) = Capture::new(&loaded, &simulation);
     let mut recorder = recorder(args, &header)?;
@@ -45,7 +45,7 @@ pub(super) fn run(args: &RunArgs) -> Result<(), Failure> {
     );
     display.finish();
     let finished = finished.map_err(Failure::run)?;
-    conclude(args, &loaded, threads, &finished, report_file)
+    conclude(args, &loaded, threads, &finished)
 }
 
 /// Reads a scene and makes a simulation of it; also what was repaired on the way.
@@ -63,11 +63,17 @@ pub(super) fn prepare(args: &SceneArgs) -> Result<(LoadedScene, Simulation, Vec<
     Ok((loaded, simulation, built.notes))
 }
 
+/// More than any machine of today has cores.
+const MOST_THREADS: usize = 256;
+
 /// Threads of the simulation: as asked, or one a core.
 pub(super) fn threads(args: &SceneArgs) -> Result<usize, Failure> {
     match args.threads {
         Some(0) => Err(Failure::Input(anyhow!(
             "--threads 0: at least one thread is needed"
+        ))),
+        Some(threads) if threads > MOST_THREADS => Err(Failure::Input(anyhow!(
+            "--threads {threads}: at most {MOST_THREADS}; one a core is best"
         ))),
         Some(threads) => Ok(threads),
         None => Ok(std::thread::available_parallelism().map_or(1, std::num::NonZero::get)),
@@ -116,14 +122,53 @@ fn save_path(args: &RunArgs, header: &Header) -> Option<PathBuf> {
     })
 }
 
-fn create(path: &Path) -> Result<File, Failure> {
-    let file = File::create(path).with_context(|| {
+/// Refuses outputs that can't be written or would destroy an input or each other, before anything
+/// is touched.
+fn check_outputs(args: &RunArgs, loaded: &LoadedScene) -> Result<(), Failure> {
+    let RunArgs { save, report, .. } = args;
+    let scene = loaded.folder.as_ref().map(|_| PathBuf::from(&loaded.file));
+    let named = [("--save", save.as_ref()), ("--report", report.as_ref())];
+    for (i, (flag, path)) in named.iter().enumerate() {
+        let Some(path) = path else { continue };
+        let others = named[..i].iter().filter_map(|(_, other)| *other);
+        if scene
+            .iter()
+            .chain(others)
+            .any(|other| same_file(path, other))
+        {
+            return Err(Failure::Input(anyhow!(
+                "{flag} {}: that file is used already; choose another",
+                path.display()
+            )));
+        }
+    }
+    report.as_deref().map_or(Ok(()), check_writable)
+}
+
+/// Whether two paths lead to one file, now or when both are written.
+pub(super) fn same_file(a: &Path, b: &Path) -> bool {
+    let real = |path: &Path| path.canonicalize().or_else(|_| std::path::absolute(path));
+    matches!((real(a), real(b)), (Ok(a), Ok(b)) if a == b)
+}
+
+/// Can a file be written? Leaves what is in it, and nothing where nothing was.
+fn check_writable(path: &Path) -> Result<(), Failure> {
+    let existed = path.exists();
+    let opened = std::fs::OpenOptions::new()
+        .append(true)
+        .create(true)
+        .open(path);
+    let opened = opened.with_context(|| {
         format!(
             "{} can't be written; choose another with --report",
             path.display()
         )
     });
-    file.map_err(Failure::Input)
+    opened.map_err(Failure::Input)?;
+    if !existed {
+        std::fs::remove_file(path).map_err(Failure::run)?;
+    }
+    Ok(())
 }
 
 /// A flag that Ctrl-C sets; a second Ctrl-C ends the program at once.
@@ -146,13 +191,11 @@ fn conclude(
     loaded: &LoadedScene,
     threads: usize,
     finished: &Finished,
-    report_file: Option<File>,
 ) -> Result<(), Failure> {
     let report = report::report(&loaded.scene.name, threads, finished);
-    if let Some(file) = report_file {
-        serde_json::to_writer_pretty(file, &report)
-            .context("the report can't be written")
-            .map_err(Failure::Run)?;
+    if let Some(path) = &args.report {
+        let file = File::create(path).map_err(Failure::run)?;
+        serde_json::to_writer_pretty(file, &report).map_err(Failure::run)?;
     }
     if !args.quiet {
         println!("{}", report::summary(&report));

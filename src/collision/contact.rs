@@ -34,7 +34,8 @@ impl Contact {
 /// How a particle is held by an obstacle, as the last step found it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Grip {
-    /// Impulse of the obstacle along its normal in one step (N·s); 0 when the particle is free.
+    /// Impulse of the obstacle along its normal (N·s); 0 when the particle is free. Of one step with
+    /// an implicit scheme; the explicit ones don't read it.
     pub pressure: f64,
     /// Friction impulse of one step while the particle slides (N·s).
     pub drag: DVec3,

@@ -124,8 +124,12 @@ impl Known {
         distance: f64,
     ) -> Option<()> {
         let start = self.at;
-        // A particle that is inside already is not held back: it has to come out.
-        let (mut gone, mut safe) = (0.0, if distance > 0.0 { distance } else { moved });
+        // A particle that touches stays there if it goes on inwards, and is free to leave. One that
+        // is inside already is not held back: it has to come out.
+        if (0.0..MET).contains(&distance) && way.dot(self.normal) < 0.0 {
+            return Some(());
+        }
+        let (mut gone, mut safe) = (0.0, if distance >= MET { distance } else { moved });
         let mut queries = 0;
         while gone + safe < moved {
             if safe < MET || queries == MAX_ADVANCES {
@@ -224,5 +228,23 @@ mod tests {
         contacts.grips[0].pressure = 1.0;
         detection.find(&obstacles, &[DVec3::Y * 0.5], &mut contacts);
         assert!(contacts.list.is_empty() && contacts.grips[0] == Grip::default());
+    }
+
+    #[test]
+    fn a_particle_that_touched_obliquely_may_leave() {
+        let obstacles = [plate()];
+        let mut detection = Detection::new(&obstacles, 1);
+        let mut contacts = Contacts::none(1);
+        let mut x = DVec3::new(0.0, 0.01, 0.0);
+        detection.find(&obstacles, &[x], &mut contacts);
+        x += DVec3::new(0.01, -0.02, 0.0);
+        detection.find(&obstacles, &[x], &mut contacts);
+        assert!(contacts.list[0].at != x, "stopped at the surface");
+        x = contacts.list[0].at + DVec3::new(0.005, 0.0, 0.0);
+        for _ in 0..5 {
+            x += DVec3::new(0.005, 0.01, 0.0);
+            detection.find(&obstacles, &[x], &mut contacts);
+        }
+        assert!(contacts.list.is_empty(), "{:?}", contacts.list);
     }
 }

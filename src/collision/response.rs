@@ -54,9 +54,12 @@ pub fn respond(
             let (kept, sticks) = rub(tangential, contact.friction * approach);
             state.velocities[i] = kept;
             let grip = &mut contacts.grips[i];
+            // A lasting contact keeps its friction: this approach is a correction beside it.
+            if grip.pressure == 0.0 {
+                grip.drag = (kept - tangential) * model.masses[i];
+                grip.sticks = sticks;
+            }
             grip.pressure += model.masses[i] * approach;
-            grip.drag = (kept - tangential) * model.masses[i];
-            grip.sticks = sticks;
         }
     }
     stopped

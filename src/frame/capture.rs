@@ -309,7 +309,7 @@ fn single(x: f64) -> f32 {
     x as f32
 }
 
-/// Scenes of more than 2³² particles are refused.
+/// More than 2³² particles don't fit into any memory that runs this.
 #[expect(clippy::cast_possible_truncation, reason = "see above")]
 fn index(i: usize) -> u32 {
     i as u32

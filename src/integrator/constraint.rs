@@ -81,7 +81,7 @@ pub(super) fn closing_velocity(contact: &Contact, dt: f64) -> f64 {
 
 /// Reads from the impulse that a constraint supplied how the contact goes on.
 ///
-/// Pressure pulls never; friction holds while |tangential impulse| ≤ μ pressure, and otherwise
+/// A contact that would have to pull lets go. Friction holds while |tangential impulse| ≤ μ pressure, and otherwise
 /// drags with μ pressure against the motion that the pull, or the velocity, asks for.
 pub(super) fn regrip(contact: &Contact, grip: Grip, impulse: DVec3, velocity: DVec3) -> Grip {
     let pressure = impulse.dot(contact.normal);

@@ -169,14 +169,18 @@ impl ImplicitEuler {
         }
     }
 
-    /// What the constraints had to supply, A v₁ − b, says how each contact goes on.
+    /// What the constraints had to supply, A v₁ − b, says how each contact goes on. One that lets go
+    /// leaves its particle no velocity towards the surface: that was the constraint's own pull.
     fn update_grips(&self, contacts: &mut Contacts, state: &mut State) {
         for contact in &contacts.list {
             let i = contact.particle;
             let grip = contacts.grips[i];
             if grip.pressure > 0.0 {
-                contacts.grips[i] =
-                    regrip(contact, grip, -self.solver.residual[i], state.velocities[i]);
+                let v = &mut state.velocities[i];
+                contacts.grips[i] = regrip(contact, grip, -self.solver.residual[i], *v);
+                if contacts.grips[i].pressure == 0.0 {
+                    *v -= contact.normal * v.dot(contact.normal).min(0.0);
+                }
             }
         }
     }

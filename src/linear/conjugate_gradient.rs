@@ -84,7 +84,7 @@ impl ConjugateGradient {
             let ((residual, z), q) = parts.next().unwrap_or_default();
             Mutex::new(Lane { x, residual, z, q })
         };
-        let shared = Shared {
+        let mut shared = Shared {
             system,
             limits,
             lanes: x.chunks_mut(CHUNK).map(lane).collect(),
@@ -93,7 +93,11 @@ impl ConjugateGradient {
             curvature: Sums::new(chunks),
             norm: Sums::new(chunks),
         };
-        if threads == 1 {
+        // Two teams in one pool would wait for each other's threads for ever: whoever comes second
+        // works alone, with the same result.
+        let team = TEAM.try_lock();
+        if threads == 1 || team.is_err() {
+            shared.barrier = Barrier::new(1);
             return shared.run(0, 1);
         }
         let solves = rayon::broadcast(|thread| {
@@ -102,6 +106,9 @@ impl ConjugateGradient {
         solves.into_iter().flatten().next().unwrap_or_default()
     }
 }
+
+/// Held by the one team of threads that may work at a time.
+static TEAM: Mutex<()> = Mutex::new(());
 
 /// The rows of one chunk, worked on by one thread.
 struct Lane<'a> {

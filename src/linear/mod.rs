@@ -12,5 +12,5 @@ pub use conjugate_gradient::{ConjugateGradient, Limits, Solve, System};
 pub use pair_matrix::{Assembly, PairBlock, PairMatrix};
 
 /// Rows in a chunk: large enough that the blocks between chunks, which are read twice, are few (one
-/// in eight for a 61 × 61 sheet with second neighbours), small enough for two threads to share.
+/// in 25 for a 61 × 61 sheet with second neighbours), small enough for two threads to share.
 pub(crate) const CHUNK: usize = 1024;

@@ -110,7 +110,7 @@ pub fn orient_outward(mesh: &mut TriMesh) -> bool {
 fn check_lines(text: &str) -> Result<(), ObjError> {
     let total = text
         .lines()
-        .filter(|line| line.trim_start().starts_with("v "))
+        .filter(|line| line.split_whitespace().next() == Some("v"))
         .count();
     let mut seen = 0;
     for (number, line) in text.lines().enumerate() {

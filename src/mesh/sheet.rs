@@ -48,12 +48,23 @@ pub struct Opening {
 /// Why a sheet can't be made.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error(
-    "the opening of radius {radius} m around ({x}, {z}) leaves less than two cells of cloth beside it; make it smaller, move it, or use more cells"
+    "the opening of radius {radius} m around ({x}, {z}) leaves less than two cells of cloth beside it or folds them over; make it smaller, move it, or use more cells, as long as wide"
 )]
 pub struct OpeningTooLarge {
     radius: f64,
     x: f64,
     z: f64,
+}
+
+impl OpeningTooLarge {
+    fn of(opening: &Opening) -> Self {
+        let [x, z] = opening.center;
+        Self {
+            radius: opening.radius,
+            x,
+            z,
+        }
+    }
 }
 
 impl Sheet {
@@ -69,6 +80,9 @@ impl Sheet {
             .map(|opening| Hole::new(self, opening))
             .transpose()?;
         let grid = Grid::new(self, hole.as_ref());
+        if let (Some(opening), true) = (&self.opening, grid.folds()) {
+            return Err(OpeningTooLarge::of(opening));
+        }
         let mut lattice = Lattice {
             mesh: grid.mesh(self),
             ..Lattice::default()
@@ -119,23 +133,22 @@ impl Hole {
     fn new(sheet: &Sheet, opening: &Opening) -> Result<Self, OpeningTooLarge> {
         let h = sheet.cell_size();
         let [x, z] = opening.center;
+        if x.abs().max(z.abs()).max(opening.radius) > sheet.size[0].max(sheet.size[1]) {
+            return Err(OpeningTooLarge::of(opening));
+        }
         let nearest = [
             ((x + 0.5 * sheet.size[0]) / h.x).round() as i64,
             ((z + 0.5 * sheet.size[1]) / h.y).round() as i64,
         ];
         let cell = (h.x * h.y).sqrt();
-        // Rings become circles of the same length: 8 k cells of side `cell`·k/R·… spread evenly, so
-        // a circle of radius R takes the ring whose half width is closest to R.
+        // A circle of radius R takes the ring whose half width is closest to R: its 8 k sides are a
+        // quarter shorter than the cells.
         let inner = ((opening.radius / cell).round() as i64).max(1);
         let room = (0..2)
             .map(|axis| nearest[axis].min(i64::from(sheet.cells[axis]) - nearest[axis]))
             .fold(i64::MAX, i64::min);
         if room < inner + 2 {
-            return Err(OpeningTooLarge {
-                radius: opening.radius,
-                x,
-                z,
-            });
+            return Err(OpeningTooLarge::of(opening));
         }
         let outer = (2 * inner + 4).min(room);
         Ok(Self {
@@ -255,6 +268,20 @@ impl Grid {
         (0..rows)
             .flat_map(move |j| (0..columns).map(move |i| [i, j]))
             .filter_map(|[i, j]| Some(([i, j], self.cell(i, j)?)))
+    }
+
+    /// Whether bending has turned a cell over, as it does where cells are much longer than wide.
+    fn folds(&self) -> bool {
+        self.each_cell().any(|(_, [a, b, c, d])| {
+            let [a, b, c, d] = [a, b, c, d].map(|vertex| self.points[vertex as usize]);
+            let corners = [
+                (b - a, d - a),
+                (c - b, a - b),
+                (d - c, b - c),
+                (a - d, c - d),
+            ];
+            corners.iter().any(|(p, q)| p.perp_dot(*q) <= 0.0)
+        })
     }
 
     fn mesh(&self, sheet: &Sheet) -> TriMesh {

@@ -9,11 +9,12 @@ use super::schema::{
 use super::{builtin_mesh, stiffness};
 use crate::collision::Obstacle;
 use crate::force::{Gravity, MassDamping, Spring, SpringBatch, SpringDamping};
-use crate::mesh::{self, Diagonals, Lattice, Segment, Sheet, Surface, TriMesh};
+use crate::mesh::{self, Diagonals, Lattice, Segment, Sheet, Surface};
 use crate::model::{Cloth, Model};
 use crate::state::State;
 use crate::strain_limit::StrainLimit;
 use glam::DVec3;
+use std::path::PathBuf;
 
 /// A scene that is ready to run.
 #[derive(Debug)]
@@ -296,7 +297,7 @@ fn select(select: &Select, lattice: &Lattice) -> Result<Vec<u32>, String> {
     }
     if vertices.is_empty() {
         return Err(
-            "selects no particle; make the box larger or move it (it is in world coordinates)"
+            "selects no particle; name some, or make the box larger or move it (it is in world coordinates)"
                 .to_owned(),
         );
     }
@@ -349,7 +350,7 @@ fn read_obstacle(
     repairs.turned = mesh::orient_outward(&mut mesh);
     place(&mut mesh.positions, obstacle.rotate, obstacle.translate);
     notes.extend(repair_notes(&file, repairs));
-    let surface = surface(&mesh).ok_or_else(|| error("holds no triangles".to_owned()))?;
+    let surface = Surface::new(&mesh).ok_or_else(|| error("holds no triangles".to_owned()))?;
     let schema::Obstacle {
         name,
         friction,
@@ -365,18 +366,15 @@ fn read_obstacle(
     })
 }
 
-fn surface(mesh: &TriMesh) -> Option<Surface> {
-    Surface::new(mesh)
-}
-
 /// The OBJ text at a path relative to the scene, or built in; and what messages call it.
 fn read_mesh(loaded: &LoadedScene, path: &str) -> Result<(String, String), String> {
     let file = loaded
         .folder
         .as_ref()
-        .map_or_else(|| path.into(), |folder| folder.join(path));
+        .map_or_else(|| PathBuf::from(path), |folder| folder.join(path));
     let name = file.display().to_string();
-    if !file.exists()
+    // A built-in scene means its own mesh, whatever lies in the working folder.
+    if (loaded.folder.is_none() || !file.exists())
         && let Some(text) = builtin_mesh(path)
     {
         return Ok((text.to_owned(), path.to_owned()));
@@ -411,7 +409,7 @@ fn repair_notes(file: &str, repairs: mesh::Repairs) -> Option<String> {
     (!done.is_empty()).then(|| format!("{file}: {}", done.join(", ")))
 }
 
-/// Scenes of more than 2³² particles are refused before (see `validate`).
+/// More than 2³² particles don't fit into any memory that runs this.
 #[expect(clippy::cast_possible_truncation, reason = "see above")]
 fn index(i: usize) -> u32 {
     i as u32

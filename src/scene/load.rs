@@ -17,6 +17,8 @@ pub struct LoadedScene {
     pub file: String,
     /// Folder to which its paths are relative; `None` for a built-in scene.
     pub folder: Option<PathBuf>,
+    /// Whether keys were set, so that the text's lines are nobody's.
+    pub changed: bool,
 }
 
 /// Reads the scene `name`, a built-in name or a TOML file, and sets `changes` (`key=value`) in it.
@@ -31,6 +33,7 @@ pub fn load(name: &str, changes: &[String]) -> Result<LoadedScene, SceneError> {
         text,
         file,
         folder,
+        changed: false,
     };
     if changes.is_empty() {
         loaded.checked()
@@ -57,7 +60,11 @@ impl LoadedScene {
         };
         SceneError {
             file: self.file.clone(),
-            line: line_of(&self.text, &fault.path),
+            line: if self.changed {
+                None
+            } else {
+                line_of(&self.text, &fault.path)
+            },
             cause,
         }
     }
@@ -87,6 +94,7 @@ impl LoadedScene {
             scene,
             text,
             file,
+            changed: true,
             ..self
         })
     }

@@ -39,7 +39,7 @@ fn factor(diagonals: Diagonals) -> f64 {
 }
 
 /// Plate rigidity (N·m) whose bend springs take at most half of what the springs between neighbours
-/// carry: on meshes finer than ℓ² = 64 D / (c E₂), 3 mm for the poncho of `drape`, the cloth bends
+/// carry: on meshes finer than ℓ² = 64 D / (c E₂), 2.4 mm for the poncho of `drape`, the cloth bends
 /// more easily than asked.
 fn bearable(rigidity: f64, stretch: f64, length: f64, diagonals: Diagonals) -> f64 {
     rigidity.min(factor(diagonals) * stretch * length * length / 64.0)

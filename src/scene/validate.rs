@@ -7,10 +7,21 @@ use super::schema::{
 
 /// Checks every value that parsing can't.
 pub(super) fn check(scene: &Scene) -> Result<(), Fault> {
+    if scene.name.is_empty() || scene.name.contains(['/', '\\']) {
+        let cause = format!(
+            "\"{}\" can't name a recording; use letters, digits and dashes",
+            scene.name
+        );
+        return Err(Fault::new("name", cause));
+    }
     positive("duration", scene.duration)?;
     finite("gravity", &scene.gravity)?;
     positive("solver.dt", scene.solver.dt)?;
     positive("solver.linear_tolerance", scene.solver.linear_tolerance)?;
+    if scene.solver.linear_tolerance >= 1.0 {
+        let cause = "must be below 1: at 1 nothing is solved; 1e-3 is coarse, 1e-6 fine";
+        return Err(Fault::new("solver.linear_tolerance", cause));
+    }
     positive("record.fps", scene.record.fps)?;
     positive("record.strain_range", scene.record.strain_range)?;
     positive("record.checkpoint", scene.record.checkpoint)?;

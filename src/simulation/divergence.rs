@@ -2,6 +2,8 @@
 
 use super::{Simulation, stable_step};
 use crate::force::Spring;
+use crate::model::Model;
+use crate::state::State;
 use std::fmt;
 
 /// Why a run can't go on.
@@ -32,11 +34,25 @@ pub enum Sign {
     NotFinite,
     /// A spring is stretched beyond sense.
     Stretched,
+    /// A particle is farther than [`FAR`] from the origin.
+    Lost,
 }
 
 /// A strain that no cloth has: threefold length. Where springs of one cell are that long in the
 /// middle of a step, forces are off by orders of magnitude, and strain limiting would hide it.
 const SENSELESS_STRAIN: f64 = 2.0;
+
+/// A thousand kilometres (m): beyond, the recording's `f32` has lost every centimetre.
+const FAR: f64 = 1e6;
+
+/// The strain beyond which a run has lost its sense: a scene may start beyond the usual one.
+pub(super) fn sensible_strain(model: &Model, state: &State) -> f64 {
+    let springs = model.weave().flat_map(|batch| &batch.springs);
+    let first = springs
+        .map(|spring| spring.strain(&state.positions))
+        .fold(0.0, f64::max);
+    SENSELESS_STRAIN.max(1.5 * first)
+}
 
 impl fmt::Display for Diverged {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -44,6 +60,7 @@ impl fmt::Display for Diverged {
         let sign = match self.sign {
             Sign::NotFinite => "is no longer finite",
             Sign::Stretched => "is torn away",
+            Sign::Lost => "has left the scene",
         };
         write!(
             f,
@@ -70,7 +87,7 @@ impl fmt::Display for Diverged {
         } else {
             write!(
                 f,
-                "; use a smaller --dt, or look at the scene: pins that are too far apart, an obstacle's mesh"
+                "; the recording ends with the last good state; use a smaller --dt, or look at the scene: pins that are too far apart, an obstacle's mesh"
             )
         }
     }
@@ -81,22 +98,22 @@ impl std::error::Error for Diverged {}
 impl Simulation {
     /// Looks at strains before limiting, which would hide a senseless one.
     pub(super) fn check_sense(&mut self) -> Result<(), Diverged> {
-        let worst = self
-            .most_strained()
-            .filter(|(_, _, strain)| strain.is_nan() || *strain > SENSELESS_STRAIN);
-        match worst {
-            // Whatever already was so long before the step is the scene's own doing.
-            Some((_, spring, strain)) if strain > 1.5 * spring.strain(&self.before.positions) => {
+        match self.most_strained() {
+            Some((_, _, strain)) if strain.is_nan() => Err(self.diverged(Sign::NotFinite)),
+            Some((_, _, strain)) if strain > self.sensible_strain => {
                 Err(self.diverged(Sign::Stretched))
             }
-            Some((_, _, strain)) if strain.is_nan() => Err(self.diverged(Sign::NotFinite)),
             _ => self.check_finite(),
         }
     }
 
     pub(super) fn check_finite(&mut self) -> Result<(), Diverged> {
         if self.state.first_non_finite().is_some() {
-            Err(self.diverged(Sign::NotFinite))
+            return Err(self.diverged(Sign::NotFinite));
+        }
+        let far = |x: &glam::DVec3| x.length_squared() > FAR * FAR;
+        if self.state.positions.iter().any(far) {
+            Err(self.diverged(Sign::Lost))
         } else {
             Ok(())
         }
@@ -124,6 +141,7 @@ impl Simulation {
         let (step, time) = (self.stats.steps, self.state.time);
         self.state.copy_from(&self.before);
         self.stats.steps -= 1;
+        self.contacts.list.clear(); // they belong to the failed step
         let place = |particle: usize| self.model.place(particle);
         let (cloth, number) = place(particle);
         Diverged {

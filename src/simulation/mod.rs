@@ -30,6 +30,8 @@ pub struct Simulation {
     contacts: Contacts,
     detection: Detection,
     ledger: Ledger,
+    /// A strain beyond this is no cloth's any more.
+    sensible_strain: f64,
     stats: Stats,
     /// Positions before strain limiting (m), scratch; empty without a strain limit.
     unlimited: Vec<DVec3>,
@@ -68,6 +70,7 @@ impl Simulation {
             scheme: integrator.scheme(&model),
             contacts: Contacts::none(particles),
             detection: Detection::new(&model.obstacles, particles),
+            sensible_strain: divergence::sensible_strain(&model, &state),
             ledger: Ledger::open(&model, &state),
             stats: Stats::default(),
             unlimited: vec![DVec3::ZERO; limited],
@@ -142,26 +145,32 @@ impl Simulation {
 
     /// Repeats strain limiting and contact until nothing is inside a body any more.
     fn limit_strain_and_contact(&mut self) -> Limited {
-        let mut first = None;
+        let mut all = Limited::default();
         for round in 0..MAX_ROUNDS {
-            let limited = self.limit_strain();
-            let first = *first.get_or_insert(limited);
+            let first = round == 0;
+            let limited = self.limit_strain(first);
+            let before = if first { limited.before } else { all.before };
+            all = Limited {
+                passes: all.passes + limited.passes,
+                before,
+                after: limited.after,
+            };
             self.detect_contacts();
             // What is only too close is moved once; the next round brings its springs in order.
-            let spread = round == 0;
-            if self.respond(spread) == 0 && !(spread && self.model.strain_limit.is_some()) {
-                return Limited {
-                    after: limited.after,
-                    ..first
-                };
+            if self.respond(first) == 0 && !(first && self.model.strain_limit.is_some()) {
+                return all;
             }
         }
+        // Strain and contact contradict each other: contact has the last word, strain is reported.
         self.detect_contacts();
-        first.unwrap_or_default()
+        self.respond(false);
+        self.detect_contacts();
+        all
     }
 
-    /// Shortens what is stretched too far; the way moved becomes velocity.
-    fn limit_strain(&mut self) -> Limited {
+    /// Shortens what is stretched too far. The way moved becomes velocity, if asked for: what follows
+    /// a contact's correction, which has no velocity either, must not throw the cloth.
+    fn limit_strain(&mut self, with_velocity: bool) -> Limited {
         let Self {
             model,
             state,
@@ -182,7 +191,7 @@ impl Simulation {
                 walls[contact.particle] = contact.wall();
             }
             let limited = limit.apply(&mut state.positions, &model.inverse_masses, walls);
-            if limited.passes > 0 {
+            if limited.passes > 0 && with_velocity {
                 for i in 0..unlimited.len() {
                     state.velocities[i] += (state.positions[i] - unlimited[i]) / *dt;
                 }

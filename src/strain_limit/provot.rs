@@ -81,7 +81,7 @@ impl StrainLimit {
                 .filter(|spring| stretch_squared(spring, positions) > near * near)
                 .collect();
             let most = MAX_PASSES - limited.passes;
-            limited.passes += self.relax(
+            let passes = self.relax(
                 &hot,
                 positions,
                 Held {
@@ -90,6 +90,10 @@ impl StrainLimit {
                 },
                 most,
             );
+            if passes == 0 {
+                break; // within rounding of the slack
+            }
+            limited.passes += passes;
             limited.after = self.largest_strain(positions);
         }
         limited
@@ -150,8 +154,12 @@ impl StrainLimit {
         }
         let length = length_squared.sqrt();
         let correction = d * (factor * (length - longest) / (length * (wi + wj)));
-        positions[i] = held.walls[i].keep_out(positions[i] + correction * wi);
-        positions[j] = held.walls[j].keep_out(positions[j] - correction * wj);
+        if wi > 0.0 {
+            positions[i] = held.walls[i].keep_out(positions[i] + correction * wi);
+        }
+        if wj > 0.0 {
+            positions[j] = held.walls[j].keep_out(positions[j] - correction * wj);
+        }
     }
 }
 

@@ -1,0 +1,132 @@
+//! What a run is made of, per element, so that sizes compare: `cargo bench`.
+
+use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use glam::DVec3;
+use muslin::collision::{Contacts, Detection};
+use muslin::force::Force;
+use muslin::integrator::Integrator;
+use muslin::scene::{self, LoadedScene};
+use muslin::simulation::Simulation;
+use std::hint::black_box;
+
+fn load(name: &str, changes: &[&str]) -> LoadedScene {
+    let changes: Vec<String> = changes.iter().map(|change| (*change).to_owned()).collect();
+    scene::load(name, &changes).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// The poncho as it lies after a second.
+fn draped() -> (LoadedScene, Simulation) {
+    let loaded = load("drape", &[]);
+    let built = scene::build(&loaded).unwrap_or_else(|error| panic!("{error}"));
+    let scheme = Integrator::ImplicitEuler {
+        linear_tolerance: 1e-3,
+    };
+    let mut simulation = Simulation::new(built.model, built.state, scheme, 0.004);
+    for _ in 0..250 {
+        simulation
+            .step()
+            .unwrap_or_else(|diverged| panic!("{diverged}"));
+    }
+    (loaded, simulation)
+}
+
+/// Nanoseconds a spring: one pass over a sheet of 100 × 100 cells with every kind of spring.
+fn force_pass(criterion: &mut Criterion) {
+    let changes = [
+        "cloth.0.shape.sheet.cells=[100, 100]",
+        "cloth.0.shape.sheet.diagonals=both",
+    ];
+    let built = scene::build(&load("drape", &changes)).unwrap_or_else(|error| panic!("{error}"));
+    let mut forces = vec![DVec3::ZERO; built.model.particles()];
+    let mut group = criterion.benchmark_group("force pass, per spring");
+    group.throughput(Throughput::Elements(built.model.spring_count() as u64));
+    group.bench_function("sheet 100 x 100", |bencher| {
+        bencher.iter(|| {
+            for batch in &built.model.springs {
+                batch.add_forces(black_box(&built.state), &mut forces);
+            }
+        });
+    });
+    group.finish();
+}
+
+/// Nanoseconds a query: nearest points of all particles of the draped poncho, and one detection pass
+/// that knows what the last one found.
+fn contact(criterion: &mut Criterion) {
+    let (_, simulation) = draped();
+    let (obstacles, positions) = (&simulation.model().obstacles, &simulation.state().positions);
+    let mut group = criterion.benchmark_group("contact, per particle");
+    group.throughput(Throughput::Elements(positions.len() as u64));
+    group.bench_function("nearest point", |bencher| {
+        bencher.iter(|| {
+            for &p in positions {
+                black_box(obstacles[0].surface.nearest(p, f64::MAX));
+            }
+        });
+    });
+    let mut detection = Detection::new(obstacles, positions.len());
+    let mut contacts = Contacts::none(positions.len());
+    let mut moved = positions.clone();
+    let mut side = 1e-3;
+    group.bench_function("detection after 1 mm of motion", |bencher| {
+        bencher.iter(|| {
+            moved.iter_mut().for_each(|x| x.x += side);
+            side = -side;
+            detection.find(obstacles, &moved, &mut contacts);
+        });
+    });
+    group.finish();
+}
+
+/// A step of the draped poncho.
+fn step(criterion: &mut Criterion) {
+    let (_, mut simulation) = draped();
+    criterion.bench_function("step of the draped poncho", |bencher| {
+        bencher.iter(|| {
+            simulation
+                .step()
+                .unwrap_or_else(|diverged| panic!("{diverged}"))
+        });
+    });
+}
+
+/// Milliseconds a recorded frame, taken and written to a file.
+#[cfg(feature = "rerun")]
+fn frame(criterion: &mut Criterion) {
+    use muslin::frame::Capture;
+    use muslin::recorder::{Recorder as _, RerunRecorder, Targets};
+    let (loaded, simulation) = draped();
+    let (mut capture, header) = Capture::new(&loaded, &simulation);
+    criterion.bench_function("frame of the draped poncho, taken", |bencher| {
+        bencher.iter(|| black_box(capture.frame(&simulation, Vec::new(), false)));
+    });
+    let save = std::env::temp_dir().join("muslin-bench.rrd");
+    let targets = Targets {
+        save: Some(save.clone()),
+        ..Targets::default()
+    };
+    let mut recorder =
+        RerunRecorder::new(&header, &targets).unwrap_or_else(|error| panic!("{error}"));
+    let mut frame = capture.frame(&simulation, Vec::new(), false);
+    criterion.bench_function("frame of the draped poncho, recorded", |bencher| {
+        bencher.iter(|| {
+            frame.index += 1;
+            frame.time += 1.0 / 60.0;
+            recorder
+                .record(&frame)
+                .unwrap_or_else(|error| panic!("{error}"));
+        });
+    });
+    recorder.finish().unwrap_or_else(|error| panic!("{error}"));
+    let _ = std::fs::remove_file(save);
+}
+
+#[cfg(not(feature = "rerun"))]
+fn frame(_: &mut Criterion) {}
+
+criterion_group! {
+    name = benches;
+    config = Criterion::default().sample_size(20);
+    targets = force_pass, contact, step, frame
+}
+criterion_main!(benches);
