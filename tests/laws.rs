@@ -231,24 +231,37 @@ fn momentum_of_a_free_sheet_stays() {
 
 /// Observed order of a scheme on `hanging-cloth`: the steps are halved three times against a run
 /// with a step `finer` times as small as the last.
+///
+/// Prints the table that the README shows: `cargo test --release first_order -- --nocapture`.
 fn orders(scheme: Integrator, first: f64, finer: f64) -> Vec<f64> {
     let at = |dt: f64| {
         let mut run = simulation("hanging-cloth", &[], scheme, dt);
+        let start = std::time::Instant::now();
         run_to(&mut run, 0.5);
-        run.state().positions.clone()
+        (
+            run.state().positions.clone(),
+            start.elapsed().as_secs_f64() / 0.5,
+        )
     };
-    let reference = at(first / 8.0 / finer);
-    let errors: Vec<f64> = (0..4)
-        .map(|halvings| {
-            let positions = at(first / f64::from(1 << halvings));
-            let square: f64 = positions
-                .iter()
-                .zip(&reference)
-                .map(|(a, b)| (*a - *b).length_squared())
-                .sum();
-            (square / positions.len() as f64).sqrt()
-        })
-        .collect();
+    let (reference, _) = at(first / 8.0 / finer);
+    let error = |halvings: u32| {
+        let dt = first / f64::from(1 << halvings);
+        let (positions, cost) = at(dt);
+        let square: f64 = positions
+            .iter()
+            .zip(&reference)
+            .map(|(a, b)| (*a - *b).length_squared())
+            .sum();
+        let rms = (square / positions.len() as f64).sqrt();
+        println!(
+            "| {} | {:.3} | {:.3} | {cost:.3} |",
+            scheme.name(),
+            1e3 * dt,
+            1e3 * rms
+        );
+        rms
+    };
+    let errors: Vec<f64> = (0..4).map(error).collect();
     errors
         .windows(2)
         .map(|pair| (pair[0] / pair[1]).log2())
