@@ -53,7 +53,7 @@
 //! }
 //! let energies = Energies::of(simulation.model(), simulation.state());
 //! let unexplained = simulation.ledger().residual(&energies);
-//! assert!(unexplained > 0.0 && unexplained < 0.05 * energies.kinetic, "{unexplained} J");
+//! assert!(unexplained > 0.0 && unexplained < 0.1 * energies.kinetic, "{unexplained} J");
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!

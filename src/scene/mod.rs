@@ -1,6 +1,6 @@
 //! Scenes: what a user asks for, and how it becomes a model.
 //!
-//! A scene is TOML in SI units, y up, right-handed. [`load`] reads and checks one, [`build`] makes
+//! A scene is TOML in SI units, y up, right-handed. [`load()`] reads and checks one, [`build()`] makes
 //! the [`Model`](crate::model::Model) and the first [`State`](crate::state::State) from it.
 
 mod build;
