@@ -47,8 +47,8 @@
 //! # let loaded = muslin::scene::load("hanging-cloth", &[])?;
 //! # let built = muslin::scene::build(&loaded)?;
 //! let scheme = Integrator::ImplicitEuler { linear_tolerance: 1e-4 };
-//! let mut simulation = Simulation::new(built.model, built.state, scheme, 0.004);
-//! for _ in 0..25 {
+//! let mut simulation = Simulation::new(built.model, built.state, scheme, 0.001);
+//! for _ in 0..100 {
 //!     simulation.step()?;
 //! }
 //! let energies = Energies::of(simulation.model(), simulation.state());

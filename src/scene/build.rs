@@ -1,20 +1,18 @@
 //! From a scene to a model and its first state.
 
+use super::body::read_obstacle;
 use super::fault::{Fault, SceneError};
 use super::load::LoadedScene;
 use super::place::place;
-use super::schema::{
-    self, ChainShape, ObjShape, ObstacleShape, Select, Shape, SheetShape, SpringKind,
-};
-use super::{builtin_mesh, stiffness};
+use super::schema::{self, ChainShape, Select, Shape, SheetShape, SpringKind};
+use super::stiffness;
 use crate::collision::Obstacle;
 use crate::force::{Gravity, MassDamping, Spring, SpringBatch, SpringDamping};
-use crate::mesh::{self, Diagonals, Lattice, Segment, Sheet, Surface};
+use crate::mesh::{self, Diagonals, Lattice, Segment, Sheet};
 use crate::model::{Cloth, Model};
 use crate::state::State;
 use crate::strain_limit::StrainLimit;
 use glam::DVec3;
-use std::path::PathBuf;
 
 /// A scene that is ready to run.
 #[derive(Debug)]
@@ -317,96 +315,6 @@ fn corner(name: &str, lattice: &Lattice) -> Result<u32, String> {
     found
         .map(|(_, vertex)| *vertex)
         .ok_or_else(|| format!("there is no corner \"{name}\"; this shape has {}", known()))
-}
-
-fn read_obstacle(
-    loaded: &LoadedScene,
-    i: usize,
-    obstacle: &schema::Obstacle,
-    notes: &mut Vec<String>,
-) -> Result<Obstacle, SceneError> {
-    let ObstacleShape::Obj(ObjShape { path, scale }) = &obstacle.shape;
-    let (text, file) = read_mesh(loaded, path).map_err(|cause| {
-        loaded.error(&Fault::new(format!("obstacle.{i}.shape.obj.path"), cause))
-    })?;
-    let error = |cause: String| SceneError {
-        file: file.clone(),
-        line: None,
-        cause,
-    };
-    let (mut mesh, mut repairs) = mesh::read_obj(&text, *scale).map_err(|fault| match fault {
-        mesh::ObjError::Line { line, cause } => SceneError {
-            file: file.clone(),
-            line: Some(line),
-            cause,
-        },
-        other => error(other.to_string()),
-    })?;
-    if let Some(edge) = mesh::open_edge(&mesh) {
-        return Err(error(format!(
-            "the mesh isn't closed: {edge}; fill its holes, inside and outside can't be told otherwise"
-        )));
-    }
-    repairs.turned = mesh::orient_outward(&mut mesh);
-    place(&mut mesh.positions, obstacle.rotate, obstacle.translate);
-    notes.extend(repair_notes(&file, repairs));
-    let surface = Surface::new(&mesh).ok_or_else(|| error("holds no triangles".to_owned()))?;
-    let schema::Obstacle {
-        name,
-        friction,
-        thickness,
-        ..
-    } = obstacle.clone();
-    Ok(Obstacle {
-        name,
-        mesh,
-        surface,
-        friction,
-        thickness,
-    })
-}
-
-/// The OBJ text at a path relative to the scene, or built in; and what messages call it.
-fn read_mesh(loaded: &LoadedScene, path: &str) -> Result<(String, String), String> {
-    let file = loaded
-        .folder
-        .as_ref()
-        .map_or_else(|| PathBuf::from(path), |folder| folder.join(path));
-    let name = file.display().to_string();
-    // A built-in scene means its own mesh, whatever lies in the working folder.
-    if (loaded.folder.is_none() || !file.exists())
-        && let Some(text) = builtin_mesh(path)
-    {
-        return Ok((text.to_owned(), path.to_owned()));
-    }
-    std::fs::read_to_string(&file)
-        .map(|text| (text, name.clone()))
-        .map_err(|fault| {
-            format!("{name} can't be read: {fault}; paths are relative to the scene's file")
-        })
-}
-
-fn repair_notes(file: &str, repairs: mesh::Repairs) -> Option<String> {
-    let mesh::Repairs {
-        merged_vertices,
-        degenerate_triangles,
-        duplicate_triangles,
-        turned,
-    } = repairs;
-    let mut done = Vec::new();
-    for (count, what) in [
-        (merged_vertices, "repeated vertices merged"),
-        (degenerate_triangles, "triangles without area dropped"),
-        (duplicate_triangles, "repeated triangles dropped"),
-    ] {
-        if count > 0 {
-            done.push(format!("{count} {what}"));
-        }
-    }
-    if turned {
-        done.push("was inside out and was turned".to_owned());
-    }
-    (!done.is_empty()).then(|| format!("{file}: {}", done.join(", ")))
 }
 
 /// More than 2³² particles don't fit into any memory that runs this.
