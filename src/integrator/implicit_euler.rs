@@ -33,7 +33,7 @@ pub struct ImplicitEuler {
     product: Vec<DVec3>,
 }
 
-/// Iterations after which a solve is taken as it is: sixteen times what `drape` needs.
+/// Iterations after which a solve is taken as it is, and counted: `drape` takes 40 on average.
 const MAX_ITERATIONS: u32 = 2000;
 
 impl ImplicitEuler {

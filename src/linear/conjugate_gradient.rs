@@ -93,8 +93,8 @@ impl ConjugateGradient {
             curvature: Sums::new(chunks),
             norm: Sums::new(chunks),
         };
-        // Two teams in one pool would wait for each other's threads for ever: whoever comes second
-        // works alone, with the same result.
+        // Two teams in one pool would spin while they wait for each other's threads: whoever comes
+        // second works alone, with the same result.
         let team = TEAM.try_lock();
         if threads == 1 || team.is_err() {
             shared.barrier = Barrier::new(1);

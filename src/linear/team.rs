@@ -2,7 +2,7 @@
 //!
 //! An iteration of conjugate gradients on a few thousand rows has three phases of 10 to 40 µs.
 //! Handing each phase to a thread pool costs about 25 µs of waking and gained nothing at two
-//! threads; threads that stay and spin at barriers share an iteration in 55 % of the time of one.
+//! threads; threads that stay and spin at barriers took a step of `drape` from 7.7 to 5.1 ms.
 
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 

@@ -39,8 +39,8 @@ const PATIENT_PASSES: u32 = 20;
 /// 15 and 1.9 for 60.
 const OVERSHOOT: f64 = 1.7;
 
-/// Passes after which what remains is reported instead. A sheet of 60 × 60 cells hung from two
-/// corners at twenty times the load that its limit bears needs about 300.
+/// Passes after which what remains is reported instead. A row of 30 springs, stretched
+/// to four times its limit, needs 164.
 const MAX_PASSES: u32 = 500;
 
 /// Springs beyond this share of the longest length take part in the passes: shortening one can
@@ -229,7 +229,10 @@ mod tests {
         let before = moment(&positions);
         let limited = limit.apply(&mut positions, &inverse, &[Wall::default(); 30]);
         assert!(limited.before > 0.3 && limited.passes > 0, "{limited:?}");
-        assert!(limited.after <= 0.1 + SLACK, "{limited:?}");
+        assert!(
+            limited.after <= 0.1 + SLACK && limited.passes < 200,
+            "{limited:?}"
+        );
         assert!((moment(&positions) - before).length() < 1e-14);
     }
 
