@@ -336,6 +336,24 @@ fn an_unwritable_report_is_refused_before_the_run() {
     refused(&folder, "mannequin missing/m.obj", &["missing/m.obj"]);
 }
 
+/// An output that would overwrite the scene, or another output, is refused; also when flags change
+/// the scene, and when the recording has its default name.
+#[test]
+fn an_output_that_would_destroy_a_file_in_use_is_refused() {
+    let folder = folder("outputs-in-use");
+    write(&folder, "s.toml", SMALL);
+    let cases = [
+        "s.toml --save s.toml",
+        "s.toml --dt 0.001 --save s.toml",
+        "s.toml --dt 0.001 --no-save --report ./s.toml",
+        "s.toml --save same --report same",
+        "hanging-cloth --report hanging-cloth.rrd",
+    ];
+    for args in cases {
+        refused(&folder, args, &["used already", "choose another"]);
+    }
+}
+
 /// A run that blows up ends with code 1 and says where, by how much, which limit and what helps.
 #[test]
 fn a_failing_run_says_why_and_its_remedy_helps() {
@@ -697,6 +715,11 @@ checkpoint = 0.1
         for (args, words) in cases {
             refused(&folder, &format!("export {args} --csv old.csv"), words);
         }
+        refused(
+            &folder,
+            "export x.rrd --csv ./x.rrd",
+            &["that is the recording"],
+        );
         let missing = ["missing/x.csv can't be written", "--csv"];
         refused(&folder, "export x.rrd --csv missing/x.csv", &missing);
     }

@@ -91,7 +91,7 @@ fn too_many_frames(loaded: &LoadedScene) -> Option<String> {
 fn recorder(args: &RunArgs, header: &Header) -> Result<Box<dyn Recorder + Send>, Failure> {
     use crate::recorder::{RerunRecorder, Targets};
     let targets = Targets {
-        save: save_path(args, header),
+        save: save_path(args, &header.scene),
         connect: args.connect.clone(),
         serve: args.serve,
         spawn: args.spawn,
@@ -106,7 +106,7 @@ fn recorder(args: &RunArgs, header: &Header) -> Result<Box<dyn Recorder + Send>,
 #[cfg(not(feature = "rerun"))]
 fn recorder(args: &RunArgs, header: &Header) -> Result<Box<dyn Recorder + Send>, Failure> {
     let live = args.connect.is_some() || args.serve.is_some() || args.spawn;
-    if live || save_path(args, header).is_some() {
+    if live || save_path(args, &header.scene).is_some() {
         return Err(Failure::Input(anyhow!(
             "this muslin was built without Rerun: use --no-save, or build with default features"
         )));
@@ -114,35 +114,32 @@ fn recorder(args: &RunArgs, header: &Header) -> Result<Box<dyn Recorder + Send>,
     Ok(Box::new(DiscardRecorder))
 }
 
-fn save_path(args: &RunArgs, header: &Header) -> Option<PathBuf> {
+/// The recording to write, if any.
+fn save_path(args: &RunArgs, scene: &str) -> Option<PathBuf> {
     (!args.no_save).then(|| {
         args.save
             .clone()
-            .unwrap_or_else(|| format!("{}.rrd", header.scene).into())
+            .unwrap_or_else(|| format!("{scene}.rrd").into())
     })
 }
 
 /// Refuses outputs that can't be written or would destroy an input or each other, before anything
 /// is touched.
 fn check_outputs(args: &RunArgs, loaded: &LoadedScene) -> Result<(), Failure> {
-    let RunArgs { save, report, .. } = args;
-    let scene = loaded.folder.as_ref().map(|_| PathBuf::from(&loaded.file));
-    let named = [("--save", save.as_ref()), ("--report", report.as_ref())];
-    for (i, (flag, path)) in named.iter().enumerate() {
+    let save = save_path(args, &loaded.scene.name);
+    let report = args.report.as_deref();
+    let mut used: Vec<&Path> = loaded.path.as_deref().into_iter().collect();
+    for (flag, path) in [("--save", save.as_deref()), ("--report", report)] {
         let Some(path) = path else { continue };
-        let others = named[..i].iter().filter_map(|(_, other)| *other);
-        if scene
-            .iter()
-            .chain(others)
-            .any(|other| same_file(path, other))
-        {
+        if used.iter().any(|other| same_file(path, other)) {
             return Err(Failure::Input(anyhow!(
                 "{flag} {}: that file is used already; choose another",
                 path.display()
             )));
         }
+        used.push(path);
     }
-    report.as_deref().map_or(Ok(()), check_writable)
+    report.map_or(Ok(()), check_writable)
 }
 
 /// Whether two paths lead to one file, now or when both are written.

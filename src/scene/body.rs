@@ -7,7 +7,7 @@ use super::place::place;
 use super::schema::{self, ObjShape, ObstacleShape};
 use crate::collision::Obstacle;
 use crate::mesh::{self, Surface};
-use std::path::PathBuf;
+use std::path::Path;
 
 /// Reads, repairs and places an obstacle; what was repaired is added to `notes`.
 pub(super) fn read_obstacle(
@@ -59,13 +59,11 @@ pub(super) fn read_obstacle(
 
 /// The OBJ text at a path relative to the scene, or built in; and what messages call it.
 fn read_mesh(loaded: &LoadedScene, path: &str) -> Result<(String, String), String> {
-    let file = loaded
-        .folder
-        .as_ref()
-        .map_or_else(|| PathBuf::from(path), |folder| folder.join(path));
+    let folder = loaded.path.as_deref().and_then(Path::parent);
+    let file = folder.unwrap_or(Path::new("")).join(path);
     let name = file.display().to_string();
     // A built-in scene means its own mesh, whatever lies in the working folder.
-    if (loaded.folder.is_none() || !file.exists())
+    if (loaded.path.is_none() || !file.exists())
         && let Some(text) = builtin_mesh(path)
     {
         return Ok((text.to_owned(), path.to_owned()));

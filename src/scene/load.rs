@@ -15,8 +15,8 @@ pub struct LoadedScene {
     pub text: String,
     /// What messages call it.
     pub file: String,
-    /// Folder to which its paths are relative; `None` for a built-in scene.
-    pub folder: Option<PathBuf>,
+    /// Its file, to whose folder its paths are relative; `None` for a built-in scene.
+    pub path: Option<PathBuf>,
     /// Whether keys were set, so that the text's lines are nobody's.
     pub changed: bool,
 }
@@ -27,12 +27,12 @@ pub struct LoadedScene {
 ///
 /// An unknown name, an unreadable file, a fault in the TOML or in what it asks for.
 pub fn load(name: &str, changes: &[String]) -> Result<LoadedScene, SceneError> {
-    let (text, file, folder) = read(name)?;
+    let (text, path) = read(name)?;
     let loaded = LoadedScene {
-        scene: parse(&text, &file)?,
+        scene: parse(&text, name)?,
         text,
-        file,
-        folder,
+        file: name.to_owned(),
+        path,
         changed: false,
     };
     if changes.is_empty() {
@@ -60,11 +60,9 @@ impl LoadedScene {
         };
         SceneError {
             file: self.file.clone(),
-            line: if self.changed {
-                None
-            } else {
-                line_of(&self.text, &fault.path)
-            },
+            line: (!self.changed)
+                .then(|| line_of(&self.text, &fault.path))
+                .flatten(),
             cause,
         }
     }
@@ -100,9 +98,10 @@ impl LoadedScene {
     }
 }
 
-fn read(name: &str) -> Result<(String, String, Option<PathBuf>), SceneError> {
+/// The TOML of a scene, and its file.
+fn read(name: &str) -> Result<(String, Option<PathBuf>), SceneError> {
     if let Some(text) = builtin_scene(name) {
-        return Ok((text.to_owned(), name.to_owned(), None));
+        return Ok((text.to_owned(), None));
     }
     let error = |cause: String| SceneError {
         file: name.to_owned(),
@@ -122,7 +121,7 @@ fn read(name: &str) -> Result<(String, String, Option<PathBuf>), SceneError> {
             "can't be read: {fault}; `muslin scenes` lists the built-in scenes"
         ))
     })?;
-    Ok((text, name.to_owned(), path.parent().map(Path::to_path_buf)))
+    Ok((text, Some(path.to_path_buf())))
 }
 
 fn parse(text: &str, file: &str) -> Result<Scene, SceneError> {
