@@ -3,6 +3,7 @@
 use crate::collision::Obstacle;
 use crate::force::{Damping, Force, Gravity, MassDamping, SpringBatch, SpringDamping, Stiffness};
 use crate::strain_limit::StrainLimit;
+use glam::DVec3;
 use std::ops::Range;
 
 /// Masses, forces, obstacles, limits and pins. A part that a scene doesn't ask for isn't there.
@@ -84,6 +85,15 @@ impl Model {
     /// bending and not for the length of the weave.
     pub fn weave(&self) -> impl Iterator<Item = &SpringBatch> {
         self.springs.iter().filter(|batch| batch.family != "bend")
+    }
+
+    /// Largest strain of the weave; 0 without springs.
+    pub fn largest_strain(&self, positions: &[DVec3]) -> f64 {
+        let springs = self.weave().flat_map(|batch| &batch.springs);
+        let squares = springs.map(|spring| spring.stretch_squared(positions));
+        squares
+            .reduce(f64::max)
+            .map_or(0.0, |square| square.sqrt() - 1.0)
     }
 
     /// Name of a particle's cloth and the particle's number in it.

@@ -23,6 +23,14 @@ fn shaken() -> (Model, State) {
     (built.model, state)
 }
 
+/// A state moved along a direction of the whole state.
+fn displaced(state: &State, direction: &[DVec3], way: f64) -> State {
+    let mut moved = state.clone();
+    let pairs = moved.positions.iter_mut().zip(direction);
+    pairs.for_each(|(x, d)| *x += *d * way);
+    moved
+}
+
 fn forces_of(add: impl Fn(&mut [DVec3]), particles: usize) -> Vec<DVec3> {
     let mut forces = vec![DVec3::ZERO; particles];
     add(&mut forces);
@@ -40,12 +48,7 @@ fn forces_are_the_gradient_of_their_energy() {
         for _ in 0..20 {
             let direction: Vec<DVec3> = (0..model.particles()).map(|_| numbers.vector()).collect();
             let moved = |sign: f64| {
-                let mut moved = state.clone();
-                moved
-                    .positions
-                    .iter_mut()
-                    .zip(&direction)
-                    .for_each(|(x, d)| *x += *d * (sign * h));
+                let moved = displaced(&state, &direction, sign * h);
                 force.energy(&moved)
             };
             let slope = (moved(1.0) - moved(-1.0)) / (2.0 * h);
@@ -86,12 +89,7 @@ fn jacobians_are_the_derivative_of_their_force_where_springs_are_stretched() {
         let h = 1e-6;
         let direction: Vec<DVec3> = (0..model.particles()).map(|_| numbers.vector()).collect();
         let at = |sign: f64| {
-            let mut moved = state.clone();
-            moved
-                .positions
-                .iter_mut()
-                .zip(&direction)
-                .for_each(|(x, d)| *x += *d * (sign * h));
+            let moved = displaced(&state, &direction, sign * h);
             forces_of(|f| law.add_forces(&moved, f), model.particles())
         };
         let mut product = vec![DVec3::ZERO; model.particles()];

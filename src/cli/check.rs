@@ -3,7 +3,6 @@
 use super::Failure;
 use super::args::SceneArgs;
 use super::run::{prepare, threads};
-use crate::integrator::Integrator;
 use crate::scene::model_list;
 use crate::simulation::stable_step;
 use std::time::Instant;
@@ -20,10 +19,7 @@ pub(super) fn run(args: &SceneArgs) -> Result<(), Failure> {
         loaded.file,
         model_list(&loaded.scene, simulation.model())
     );
-    let (dt, explicit) = (
-        simulation.dt(),
-        simulation.integrator() == Integrator::SymplecticEuler,
-    );
+    let (dt, explicit) = (simulation.dt(), simulation.integrator().is_explicit());
     let stable = stable_step(simulation.model(), simulation.state());
     println!(
         "symplectic-euler: stable up to dt = {:.3e} s (fastest mode {:.3e} rad/s)",

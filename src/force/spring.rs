@@ -84,6 +84,12 @@ impl Spring {
     pub fn strain(&self, positions: &[DVec3]) -> f64 {
         self.span(positions).length() / self.rest_length - 1.0
     }
+
+    /// λ² = (ℓ/ℓ₀)², which needs no square root.
+    #[inline]
+    pub fn stretch_squared(&self, positions: &[DVec3]) -> f64 {
+        self.span(positions).length_squared() / (self.rest_length * self.rest_length)
+    }
 }
 
 /// All springs of one family.

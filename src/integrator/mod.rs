@@ -32,6 +32,11 @@ impl Integrator {
         }
     }
 
+    /// Whether the scheme is stable for short steps only.
+    pub fn is_explicit(self) -> bool {
+        matches!(self, Self::SymplecticEuler)
+    }
+
     /// The scheme with its work arrays, sized for a model.
     pub fn scheme(self, model: &Model) -> Scheme {
         match self {

@@ -332,6 +332,16 @@ mod tests {
         }
     }
 
+    /// Area of all triangles (m²).
+    fn covered(lattice: &Lattice) -> f64 {
+        let mesh = &lattice.mesh;
+        let areas = mesh
+            .triangles
+            .iter()
+            .map(|&t| triangle_area(mesh.corners(t)));
+        areas.sum()
+    }
+
     fn smallest_angle(mesh: &TriMesh) -> f64 {
         let mut smallest = PI;
         for &triangle in &mesh.triangles {
@@ -352,12 +362,7 @@ mod tests {
             Diagonals::Both,
         ] {
             let lattice = sheet(diagonals, None).lattice().unwrap();
-            let covered: f64 = lattice
-                .mesh
-                .triangles
-                .iter()
-                .map(|&t| triangle_area(lattice.mesh.corners(t)))
-                .sum();
+            let covered = covered(&lattice);
             let shared: f64 = lattice.shares.iter().sum();
             assert!(
                 (covered - 1.69).abs() < 1e-12,
@@ -400,12 +405,7 @@ mod tests {
                     );
                 }
             }
-            let covered: f64 = lattice
-                .mesh
-                .triangles
-                .iter()
-                .map(|&t| triangle_area(lattice.mesh.corners(t)))
-                .sum();
+            let covered = covered(&lattice);
             let exact = 1.69 - PI * radius * radius;
             assert!(
                 (covered - exact).abs() < 0.02 * PI * radius * radius,

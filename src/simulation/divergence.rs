@@ -47,11 +47,7 @@ const FAR: f64 = 1e6;
 
 /// The strain beyond which a run has lost its sense: a scene may start beyond the usual one.
 pub(super) fn sensible_strain(model: &Model, state: &State) -> f64 {
-    let springs = model.weave().flat_map(|batch| &batch.springs);
-    let first = springs
-        .map(|spring| spring.strain(&state.positions))
-        .fold(0.0, f64::max);
-    SENSELESS_STRAIN.max(1.5 * first)
+    SENSELESS_STRAIN.max(1.5 * model.largest_strain(&state.positions))
 }
 
 impl fmt::Display for Diverged {
@@ -154,10 +150,7 @@ impl Simulation {
             }),
             dt: self.dt,
             stable_dt: stable_step(&self.model, &self.state).dt,
-            explicit: matches!(
-                self.integrator,
-                crate::integrator::Integrator::SymplecticEuler
-            ),
+            explicit: self.integrator.is_explicit(),
         }
     }
 }

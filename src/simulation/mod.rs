@@ -243,7 +243,7 @@ impl Simulation {
         } = self;
         stats
             .times
-            .time(Stage::Measure, || largest_strain(model, &state.positions))
+            .time(Stage::Measure, || model.largest_strain(&state.positions))
     }
 
     fn book(&mut self, step: &StepStats) {
@@ -299,17 +299,4 @@ impl Simulation {
     pub fn dt(&self) -> f64 {
         self.dt
     }
-}
-
-/// Largest strain of structural and shear springs; 0 when there are none.
-fn largest_strain(model: &Model, positions: &[DVec3]) -> f64 {
-    let springs = model.weave().flat_map(|batch| &batch.springs);
-    let stretch_squared = springs
-        .map(|spring| {
-            spring.span(positions).length_squared() / (spring.rest_length * spring.rest_length)
-        })
-        .fold(None, |most: Option<f64>, x| {
-            Some(most.map_or(x, |most| most.max(x)))
-        });
-    stretch_squared.map_or(0.0, |x| x.sqrt() - 1.0)
 }

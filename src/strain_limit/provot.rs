@@ -47,12 +47,6 @@ const MAX_PASSES: u32 = 500;
 /// lengthen its neighbours by a few percent.
 const NEAR: f64 = 0.96;
 
-/// λ² = (ℓ/ℓ₀)².
-#[inline]
-fn stretch_squared(spring: &Spring, positions: &[DVec3]) -> f64 {
-    spring.span(positions).length_squared() / (spring.rest_length * spring.rest_length)
-}
-
 impl StrainLimit {
     /// Shortens the springs that exceed the limit, until none does.
     ///
@@ -78,7 +72,7 @@ impl StrainLimit {
             let hot: Vec<&Spring> = self
                 .springs
                 .iter()
-                .filter(|spring| stretch_squared(spring, positions) > near * near)
+                .filter(|spring| spring.stretch_squared(positions) > near * near)
                 .collect();
             let most = MAX_PASSES - limited.passes;
             let passes = self.relax(
@@ -116,7 +110,7 @@ impl StrainLimit {
             };
             if springs
                 .iter()
-                .all(|spring| stretch_squared(spring, positions) <= enough)
+                .all(|spring| spring.stretch_squared(positions) <= enough)
             {
                 return pass;
             }
@@ -139,7 +133,7 @@ impl StrainLimit {
         let squares = self
             .springs
             .iter()
-            .map(|spring| stretch_squared(spring, positions));
+            .map(|spring| spring.stretch_squared(positions));
         squares.fold(0.0, f64::max).sqrt() - 1.0
     }
 
