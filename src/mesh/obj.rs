@@ -14,7 +14,7 @@ use std::fmt::Write as _;
 pub struct Repairs {
     /// Vertices that repeated another's position and were merged with it.
     pub merged_vertices: usize,
-    /// Triangles without area.
+    /// Triangles without area, to rounding.
     pub degenerate_triangles: usize,
     /// Triangles that repeated another.
     pub duplicate_triangles: usize,
@@ -45,7 +45,10 @@ pub enum ObjError {
 /// Reads a triangle mesh from an OBJ file's text, positions multiplied by `scale`.
 ///
 /// Polygons are cut into triangles and all objects are merged into one mesh. Vertices at the same
-/// place are merged, so that objects that share a border are joined.
+/// place are merged, so that objects that share a border are joined. Triangles without area and
+/// repeated ones are dropped. Dropping one with three places in a row may leave a T-junction: its
+/// middle vertex then lies on its neighbour's edge without being joined to it, and the mesh is open
+/// there.
 ///
 /// # Errors
 ///
@@ -186,7 +189,7 @@ fn weld(soup: &TriMesh) -> (TriMesh, Repairs) {
     let mut known = std::collections::BTreeSet::new();
     for triangle in &soup.triangles {
         let triangle = triangle.map(|vertex| vertex_of[vertex as usize]);
-        if triangle_area(mesh.corners(triangle)) <= 0.0 {
+        if is_sliver(mesh.corners(triangle)) {
             repairs.degenerate_triangles += 1;
         } else if !known.insert(smallest_first(triangle)) {
             repairs.duplicate_triangles += 1;
@@ -195,6 +198,18 @@ fn weld(soup: &TriMesh) -> (TriMesh, Repairs) {
         }
     }
     (drop_unused(&mesh), repairs)
+}
+
+/// Whether a triangle's area is 0 to rounding.
+///
+/// A sliver's height over its longest edge is below 2·10⁻¹² of that edge: ten times the error that
+/// rounding leaves in three places in a row whose coordinates are 10³ times their distance.
+fn is_sliver([a, b, c]: [DVec3; 3]) -> bool {
+    let longest_squared = a
+        .distance_squared(b)
+        .max(b.distance_squared(c))
+        .max(c.distance_squared(a));
+    triangle_area([a, b, c]) <= 1e-12 * longest_squared
 }
 
 /// Bits that are equal for equal coordinates (−0 counts as 0).
@@ -270,6 +285,26 @@ mod tests {
             (2, 1)
         );
         assert!(open_edge(&mesh).is_none());
+    }
+
+    #[test]
+    fn slivers_are_without_area_whatever_their_size() {
+        let row = [0.1, 0.2, 0.7].map(|t| dvec3(t, 3.0 * t, 0.3 * t));
+        assert!(triangle_area(row) > 0.0, "rounding leaves an area");
+        for scale in [1e-6, 1.0, 1e6] {
+            let degenerate = |height: f64| {
+                let text = format!("{CUBE}v 2 0 0\nv 3 0 0\nv 2.5 {height:e} 0\nf 9 10 11\n");
+                let (mesh, repairs) = read_obj(&text, scale).unwrap();
+                assert_eq!(
+                    mesh.triangles.len() + repairs.degenerate_triangles,
+                    13,
+                    "nothing else is dropped"
+                );
+                repairs.degenerate_triangles
+            };
+            assert_eq!([1e-9, 1e-11, 1e-13, 0.0].map(degenerate), [0, 0, 1, 1]);
+            assert!(is_sliver(row.map(|p| p * scale)));
+        }
     }
 
     #[test]
