@@ -7,9 +7,10 @@ use super::TriMesh;
 pub struct Lattice {
     /// Vertices (m) and triangles; a chain has no triangles.
     pub mesh: TriMesh,
-    /// Share of the whole that each vertex stands for: area (m²) of a sheet, length (m) of a chain.
+    /// Share of the whole that each vertex stands for: area (m²) of a sheet, length (m) of a chain,
+    /// volume (m³) of a block.
     pub shares: Vec<f64>,
-    /// Places of the springs along the weave.
+    /// Places of the springs along the weave; of a mesh without one, along its edges.
     pub structural: Vec<Segment>,
     /// Places of the springs along the cells' diagonals.
     pub shear: Vec<Segment>,
@@ -26,11 +27,12 @@ pub struct Lattice {
 pub struct Segment {
     /// Its vertices.
     pub ends: [u32; 2],
-    /// Area of the cells that it borders or crosses (m²); 0 in a chain.
+    /// Area of the cells that it borders or crosses (m²); of a block, their volume (m³); 0 in a
+    /// chain.
     pub area: f64,
 }
 
-/// An edge of a sheet before it is placed.
+/// An edge of a sheet, or a face of a block, before it is placed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum EdgeName {

@@ -1,5 +1,6 @@
 //! Geometry without physics: triangle meshes, the shapes of cloth, distances to bodies.
 
+mod block;
 mod chain;
 mod distance;
 mod implicit;
@@ -11,6 +12,7 @@ mod sheet;
 mod topology;
 mod tri_mesh;
 
+pub use block::block;
 pub use chain::chain;
 pub use distance::{Nearest, Surface};
 pub use lattice::{EdgeName, Lattice, Segment};
