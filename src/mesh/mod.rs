@@ -2,6 +2,7 @@
 
 mod block;
 mod chain;
+mod cloth;
 mod distance;
 mod hinge;
 mod implicit;
@@ -16,6 +17,7 @@ mod tri_mesh;
 
 pub use block::block;
 pub use chain::chain;
+pub use cloth::cloth;
 pub use distance::{Nearest, Surface};
 pub use hinge::hinges;
 pub use lattice::{EdgeName, Lattice, Segment};
