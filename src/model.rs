@@ -1,7 +1,10 @@
 //! Everything that is fixed during a run.
 
 use crate::collision::Obstacle;
-use crate::force::{Damping, Force, Gravity, MassDamping, SpringBatch, SpringDamping, Stiffness};
+use crate::force::{
+    Damping, DiscreteShell, EdgeSpring, Force, Gravity, Hinge, HingeBatch, HingeDamping,
+    MassDamping, SpringBatch, SpringDamping, Stiffness,
+};
 use crate::strain_limit::StrainLimit;
 use glam::DVec3;
 use std::ops::Range;
@@ -9,7 +12,8 @@ use std::ops::Range;
 /// Masses, forces, obstacles, limits and pins. A part that a scene doesn't ask for isn't there.
 #[derive(Debug)]
 pub struct Model {
-    /// The cloths, in the order of their particles.
+    /// The cloths, in the order of their particles. Particles behind the last cloth's are the far
+    /// sides of clamps: pinned, without mass and never shown.
     pub cloths: Vec<Cloth>,
     /// Mass of each particle (kg).
     pub masses: Vec<f64>,
@@ -19,10 +23,16 @@ pub struct Model {
     pub gravity: Gravity,
     /// Springs by family.
     pub springs: Vec<SpringBatch>,
+    /// Bending of the cloths that ask for edge springs.
+    pub edge_springs: Option<HingeBatch<EdgeSpring>>,
+    /// Bending of the cloths that ask for discrete shells.
+    pub discrete_shells: Option<HingeBatch<DiscreteShell>>,
     /// Drag on all motion.
     pub mass_damping: Option<MassDamping>,
     /// Damping of change of length, by family.
     pub spring_damping: Vec<SpringDamping>,
+    /// Damping of bending.
+    pub hinge_damping: Option<HingeDamping>,
     /// Upper bound on strain.
     pub strain_limit: Option<StrainLimit>,
     /// What the cloth collides with.
@@ -41,9 +51,14 @@ pub struct Cloth {
 }
 
 impl Model {
-    /// Number of particles.
+    /// Number of particles, with the far sides of clamps.
     pub fn particles(&self) -> usize {
         self.masses.len()
+    }
+
+    /// Number of the cloths' particles.
+    pub fn cloth_particles(&self) -> usize {
+        self.cloths.last().map_or(0, |cloth| cloth.particles.end)
     }
 
     /// Whether a particle is pinned.
@@ -54,13 +69,22 @@ impl Model {
     /// Every force. The integrators, the energy ledger and the tests walk this list, so that none
     /// can forget one.
     pub fn forces(&self) -> impl Iterator<Item = &dyn Force> {
-        let springs = self.springs.iter().map(|batch| batch as &dyn Force);
-        std::iter::once(&self.gravity as &dyn Force).chain(springs)
+        let inner = self.stiffnesses().map(|law| law as &dyn Force);
+        std::iter::once(&self.gravity as &dyn Force).chain(inner)
     }
 
     /// The forces that resist deformation.
     pub fn stiffnesses(&self) -> impl Iterator<Item = &dyn Stiffness> {
-        self.springs.iter().map(|batch| batch as &dyn Stiffness)
+        let springs = self.springs.iter().map(|batch| batch as &dyn Stiffness);
+        let edge_springs = self
+            .edge_springs
+            .iter()
+            .map(|batch| batch as &dyn Stiffness);
+        let shells = self
+            .discrete_shells
+            .iter()
+            .map(|batch| batch as &dyn Stiffness);
+        springs.chain(edge_springs).chain(shells)
     }
 
     /// Every damping.
@@ -69,11 +93,22 @@ impl Model {
             .mass_damping
             .iter()
             .map(|damping| damping as &dyn Damping);
-        mass.chain(
-            self.spring_damping
-                .iter()
-                .map(|damping| damping as &dyn Damping),
-        )
+        let springs = self
+            .spring_damping
+            .iter()
+            .map(|damping| damping as &dyn Damping);
+        let hinges = self
+            .hinge_damping
+            .iter()
+            .map(|damping| damping as &dyn Damping);
+        mass.chain(springs).chain(hinges)
+    }
+
+    /// The hinges of both laws.
+    pub fn hinges(&self) -> impl Iterator<Item = &Hinge> {
+        let edge_springs = self.edge_springs.iter().flat_map(|batch| &batch.hinges);
+        let shells = self.discrete_shells.iter().flat_map(|batch| &batch.hinges);
+        edge_springs.chain(shells)
     }
 
     /// Number of springs.
@@ -82,9 +117,9 @@ impl Model {
     }
 
     /// The springs whose strain is reported and limited: all but bend springs, which stand for
-    /// bending and not for the length of the weave.
+    /// bending and not for the length of the weave, and zero-length ones, which have no strain.
     pub fn weave(&self) -> impl Iterator<Item = &SpringBatch> {
-        self.springs.iter().filter(|batch| batch.family != "bend")
+        self.springs.iter().filter(|batch| batch.is_weave())
     }
 
     /// Largest strain of the weave; 0 without springs.

@@ -1,26 +1,109 @@
 //! Laws that every force, and every scheme, has to keep.
 
-use crate::support::{IMPLICIT, Numbers, run_to, simulation};
+use crate::support::{IMPLICIT, Numbers, fresh_folder, run_to, simulation, strip, written};
 use glam::{DQuat, DVec3};
+use muslin::force::Jacobian;
 use muslin::integrator::Integrator;
 use muslin::linear::{Assembly, PairMatrix};
-use muslin::model::Model;
+use muslin::scene::Built;
 use muslin::state::State;
 
 const SCHEMES: [Integrator; 2] = [Integrator::SymplecticEuler, IMPLICIT];
 
-/// A small poncho with every kind of spring and both dampings, shaken out of its rest shape.
-fn shaken() -> (Model, State) {
-    let changes = ["cloth.0.shape.sheet.cells=[16, 16]", "obstacle=[]"];
-    let built = muslin::scene::build(&crate::support::load("drape", &changes)).unwrap();
+/// Every law on every shape, of a size that the differences can resolve: cells of 5 cm.
+const EVERYTHING: &str = r#"
+name = "everything"
+duration = 1.0
+
+[[cloth]]
+name = "both"
+shape = { sheet = { size = [0.4, 0.3], cells = [8, 6], diagonals = "both" } }
+springs = ["structural", "shear", "bend"]
+bending = "edge-spring"
+material = { area_density = 0.2, stretch = 100.0, bend = 1.0e-3 }
+damping = { mass = 0.5, stiffness = 0.01 }
+
+[[pin]]
+cloth = "both"
+select = { edge = "left" }
+clamp = true
+
+[[cloth]]
+name = "one-way"
+shape = { sheet = { size = [0.4, 0.3], cells = [8, 6], diagonals = "one-way" } }
+bending = "discrete-shell"
+material = { area_density = 0.2, stretch = 100.0, bend = 1.0e-3 }
+damping = { mass = 0.5, stiffness = 0.01 }
+
+[[cloth]]
+name = "shell"
+shape = { obj = { path = "SHELL" } }
+bending = "discrete-shell"
+material = { area_density = 0.2, stretch = 100.0, bend = 1.0e-3 }
+damping = { stiffness = 0.01 }
+
+[[cloth]]
+name = "gutter"
+shape = { obj = { path = "SHELL" } }
+bending = "edge-spring"
+material = { area_density = 0.2, stretch = 100.0, bend = 1.0e-3 }
+
+[[cloth]]
+name = "block"
+shape = { block = { size = [0.2, 0.15, 0.1], cells = [4, 3, 2] } }
+material = { density = 50.0, stretch = 2000.0 }
+damping = { stiffness = 0.01 }
+
+[[cloth]]
+name = "chain"
+shape = { chain = { length = 1.0, links = 20 } }
+springs = ["structural", "bend"]
+material = { linear_density = 0.1, stretch = 50.0, bend = 1.0e-3 }
+damping = { stiffness = 0.01 }
+
+[[cloth]]
+name = "ideal"
+shape = { chain = { length = 1.0, links = 20 } }
+springs = ["zero-length"]
+material = { linear_density = 0.1, spring_constant = 50.0 }
+damping = { stiffness = 0.01 }
+"#;
+
+/// The scene with every law; its shells are half cylinders of uneven triangles.
+fn everything() -> Built {
+    let mut numbers = Numbers(3);
+    let shell = strip([0.4, 0.3], [8, 6], |u, v| {
+        let (u, v) = (u + 0.008 * numbers.next(), v + 0.008 * numbers.next());
+        DVec3::new(0.15 * (u / 0.15).sin(), 0.15 * (u / 0.15).cos(), v)
+    });
+    let path = fresh_folder("everything").join("shell.obj");
+    std::fs::write(&path, shell).unwrap();
+    let text = EVERYTHING.replace("SHELL", &path.display().to_string());
+    muslin::scene::build(&written("everything", &text)).unwrap()
+}
+
+/// States from gently shaken to nearly degenerate, with random velocities.
+fn states(start: &State) -> Vec<(&'static str, State)> {
     let mut numbers = Numbers(7);
-    let mut state = built.state;
-    for i in 0..state.positions.len() {
-        // Cells are 8 cm wide: strains of −40 … 60 %.
-        state.positions[i] += numbers.vector() * 0.015;
-        state.velocities[i] = numbers.vector();
-    }
-    (built.model, state)
+    let mut shaken = |size: f64, flatten: DVec3| {
+        let mut state = start.clone();
+        for (x, v) in state.positions.iter_mut().zip(&mut state.velocities) {
+            *x = *x * flatten + numbers.vector() * size;
+            *v = numbers.vector();
+        }
+        state
+    };
+    vec![
+        ("gently shaken", shaken(0.002, DVec3::ONE)),
+        ("shaken", shaken(0.015, DVec3::ONE)),
+        ("crumpled", shaken(0.1, DVec3::ONE)),
+        ("pressed flat", shaken(0.001, DVec3::new(1.0, 0.01, 1.0))),
+        (
+            "pressed to a line",
+            shaken(0.001, DVec3::new(1.0, 0.02, 0.02)),
+        ),
+        ("pressed to a point", shaken(0.001, DVec3::splat(0.02))),
+    ]
 }
 
 /// A state moved along a direction of the whole state.
@@ -37,72 +120,83 @@ fn forces_of(add: impl Fn(&mut [DVec3]), particles: usize) -> Vec<DVec3> {
     forces
 }
 
+/// Steps for differences, from 10 µm down: each law is asked at the one that suits its curvature.
+const STEPS: [f64; 4] = [1e-5, 3e-6, 1e-6, 1e-7];
+
+/// The smallest error of a fourth-order difference over [`STEPS`].
+fn difference_error(error: impl Fn(&dyn Fn(f64, f64) -> f64, f64) -> f64) -> f64 {
+    // Weights of f(h) − f(−h) and f(2h) − f(−2h).
+    let weight = |multiple: f64, h: f64| if multiple == 1.0 { 8.0 } else { -1.0 } / (12.0 * h);
+    STEPS
+        .iter()
+        .map(|&h| error(&weight, h))
+        .fold(f64::INFINITY, f64::min)
+}
+
 #[test]
 fn forces_are_the_gradient_of_their_energy() {
-    let (model, state) = shaken();
+    let Built { model, state, .. } = everything();
     let mut numbers = Numbers(11);
-    for force in model.forces() {
-        let forces = forces_of(|f| force.add_forces(&state, f), model.particles());
-        // Along a random direction of the whole state; the step balances h² with ε/h.
-        let h = 1e-6;
-        for _ in 0..20 {
-            let direction: Vec<DVec3> = (0..model.particles()).map(|_| numbers.vector()).collect();
-            let moved = |sign: f64| {
-                let moved = displaced(&state, &direction, sign * h);
-                force.energy(&moved)
-            };
-            let slope = (moved(1.0) - moved(-1.0)) / (2.0 * h);
-            let work: f64 = forces.iter().zip(&direction).map(|(f, d)| f.dot(*d)).sum();
+    for (what, state) in states(&state) {
+        for force in model.forces() {
+            let forces = forces_of(|f| force.add_forces(&state, f), model.particles());
             let scale: f64 = forces.iter().map(|f| f.length()).sum();
-            assert!(
-                (slope + work).abs() < 1e-6 * scale,
-                "{}: dE = {slope}, −f·d = {}",
-                force.name(),
-                -work
-            );
+            for _ in 0..10 {
+                let direction: Vec<DVec3> =
+                    (0..model.particles()).map(|_| numbers.vector()).collect();
+                let work: f64 = forces.iter().zip(&direction).map(|(f, d)| f.dot(*d)).sum();
+                let energy = |way: f64| force.energy(&displaced(&state, &direction, way));
+                let error = difference_error(|weight, h| {
+                    let pair = |m: f64| weight(m, h) * (energy(m * h) - energy(-m * h));
+                    (pair(1.0) + pair(2.0) + work).abs() / scale
+                });
+                assert!(
+                    error < 1e-6,
+                    "{}, {what}: dE + f·d = {error:.1e}",
+                    force.name()
+                );
+            }
         }
     }
 }
 
 #[test]
-fn jacobians_are_the_derivative_of_their_force_where_springs_are_stretched() {
-    let (model, mut state) = shaken();
-    // Twice as large, every spring is stretched, and the definite Jacobian is the exact one.
-    state.positions.iter_mut().for_each(|x| *x *= 2.0);
+fn jacobians_are_the_derivative_of_their_force() {
+    let Built { model, state, .. } = everything();
     let mut numbers = Numbers(13);
-    for law in model.stiffnesses() {
-        let pairs = law.pairs();
-        let mut matrix = PairMatrix::with_pattern(model.particles(), pairs.iter().copied());
-        matrix.clear(&vec![0.0; model.particles()]);
-        let slots: Vec<u32> = pairs
-            .iter()
-            .map(|&pair| matrix.slot(pair).unwrap())
-            .collect();
-        law.add_jacobian(
-            &state,
-            1.0,
-            &mut Assembly {
-                matrix: &mut matrix,
-                slots: &slots,
-            },
-        );
-        let h = 1e-6;
-        let direction: Vec<DVec3> = (0..model.particles()).map(|_| numbers.vector()).collect();
-        let at = |sign: f64| {
-            let moved = displaced(&state, &direction, sign * h);
-            forces_of(|f| law.add_forces(&moved, f), model.particles())
-        };
-        let mut product = vec![DVec3::ZERO; model.particles()];
-        matrix.multiply(&direction, &mut product);
-        let scale = product.iter().map(|p| p.length()).fold(0.0, f64::max);
-        for ((plus, minus), product) in at(1.0).iter().zip(&at(-1.0)).zip(&product) {
-            let derivative = (*plus - *minus) / (2.0 * h);
-            let error = (derivative + *product).length();
+    for (what, state) in states(&state) {
+        for law in model.stiffnesses() {
+            let pattern = law.pattern();
+            let mut matrix = PairMatrix::with_patterns(model.particles(), [&pattern].into_iter());
+            let slots = &matrix.slots(&pattern);
+            let filled = &mut matrix;
+            let mut assembly = Assembly {
+                matrix: filled,
+                slots,
+            };
+            law.add_jacobian(&state, 1.0, Jacobian::Exact, &mut assembly);
+            let direction: Vec<DVec3> = (0..model.particles()).map(|_| numbers.vector()).collect();
+            let mut product = vec![DVec3::ZERO; model.particles()];
+            matrix.multiply(&direction, &mut product);
+            let scale = product.iter().map(|p| p.length()).fold(0.0, f64::max);
+            let forces = |way: f64| {
+                let moved = displaced(&state, &direction, way);
+                forces_of(|f| law.add_forces(&moved, f), model.particles())
+            };
+            let error = difference_error(|weight, h| {
+                let at = [1.0, 2.0].map(|m| (weight(m, h), forces(m * h), forces(-m * h)));
+                let change = |i: usize| -> DVec3 {
+                    at.iter()
+                        .map(|(w, plus, minus)| (plus[i] - minus[i]) * *w)
+                        .sum()
+                };
+                let errors = (0..product.len()).map(|i| (change(i) + product[i]).length());
+                errors.fold(0.0, f64::max) / scale
+            });
             assert!(
-                error < 1e-5 * scale,
-                "{}: ∂f = {derivative}, −J d = {}",
-                law.name(),
-                -*product
+                error < 1e-5,
+                "{}, {what}: ∂f + J d = {error:.1e}",
+                law.name()
             );
         }
     }
@@ -110,77 +204,72 @@ fn jacobians_are_the_derivative_of_their_force_where_springs_are_stretched() {
 
 #[test]
 fn inner_forces_and_damping_have_no_resultant_and_no_torque() {
-    let (model, state) = shaken();
-    let check = |name: &str, forces: &[DVec3]| {
-        let scale: f64 = forces.iter().map(|f| f.length()).sum();
-        let torque: DVec3 = state
-            .positions
-            .iter()
-            .zip(forces)
-            .map(|(x, f)| x.cross(*f))
-            .sum();
-        let sum: DVec3 = forces.iter().sum();
-        assert!(
-            sum.length() < 1e-12 * scale && torque.length() < 1e-11 * scale,
-            "{name}: {sum}, {torque}"
-        );
-    };
-    for law in model.stiffnesses() {
-        check(
-            law.name(),
-            &forces_of(|f| law.add_forces(&state, f), model.particles()),
-        );
-    }
-    for law in model.dampings().filter(|law| law.name() != "mass_damping") {
-        check(
-            law.name(),
-            &forces_of(|f| law.add_forces(&state, f), model.particles()),
-        );
+    let Built { model, state, .. } = everything();
+    for (what, state) in states(&state) {
+        let check = |name: &str, forces: &[DVec3]| {
+            let scale: f64 = forces.iter().map(|f| f.length()).sum();
+            let turned = state.positions.iter().zip(forces).map(|(x, f)| x.cross(*f));
+            let (sum, torque) = (forces.iter().sum::<DVec3>(), turned.sum::<DVec3>());
+            assert!(
+                sum.length() < 1e-12 * scale && torque.length() < 1e-11 * scale,
+                "{name}, {what}: {sum}, {torque}, of {scale} N"
+            );
+        };
+        for law in model.stiffnesses() {
+            let forces = forces_of(|f| law.add_forces(&state, f), model.particles());
+            check(law.name(), &forces);
+        }
+        for law in model.dampings().filter(|law| law.name() != "mass_damping") {
+            let forces = forces_of(|f| law.add_forces(&state, f), model.particles());
+            check(law.name(), &forces);
+        }
     }
 }
 
 #[test]
 fn damping_takes_the_power_that_it_reports() {
-    let (model, state) = shaken();
+    let Built { model, state, .. } = everything();
     let mut laws = 0;
-    for law in model.dampings() {
-        laws += 1;
-        let forces = forces_of(|f| law.add_forces(&state, f), model.particles());
-        let work: f64 = forces
-            .iter()
-            .zip(&state.velocities)
-            .map(|(f, v)| f.dot(*v))
-            .sum();
-        let power = law.power(&state);
-        assert!(
-            power > 0.0 && (power + work).abs() < 1e-10 * power,
-            "{}: {power} W against {work}",
-            law.name()
-        );
+    for (what, state) in states(&state) {
+        for law in model.dampings() {
+            laws += 1;
+            let forces = forces_of(|f| law.add_forces(&state, f), model.particles());
+            let pairs = forces.iter().zip(&state.velocities);
+            let work: f64 = pairs.map(|(f, v)| f.dot(*v)).sum();
+            let power = law.power(&state);
+            assert!(
+                power > 0.0 && (power + work).abs() < 1e-10 * power,
+                "{}, {what}: {power} W against {work}",
+                law.name()
+            );
+        }
     }
-    assert_eq!(
-        laws, 4,
-        "drag, and the damping of three families of springs"
-    );
+    let each = "drag, the damping of four families of springs, and that of hinges";
+    assert_eq!(laws, 6 * states(&state).len(), "{each}");
 }
 
 #[test]
 fn elastic_energy_does_not_see_rigid_motion() {
-    let (model, state) = shaken();
+    let Built { model, state, .. } = everything();
     let turn = DQuat::from_euler(glam::EulerRot::XYZ, 0.4, -1.1, 2.0);
-    let mut moved = state.clone();
-    moved
-        .positions
-        .iter_mut()
-        .for_each(|x| *x = turn * *x + DVec3::new(3.0, -2.0, 1.0));
-    for law in model.stiffnesses() {
-        let (before, after) = (law.energy(&state), law.energy(&moved));
-        assert!(
-            (before - after).abs() < 1e-10 * before,
-            "{}: {before} J, moved {after} J",
-            law.name()
-        );
+    let mut laws = 0;
+    for (what, state) in states(&state) {
+        let mut moved = state.clone();
+        for x in &mut moved.positions {
+            *x = turn * *x + DVec3::new(3.0, -2.0, 1.0);
+        }
+        for law in model.stiffnesses() {
+            laws += 1;
+            let (before, after) = (law.energy(&state), law.energy(&moved));
+            assert!(
+                (before - after).abs() < 1e-10 * before,
+                "{}, {what}: {before} J, moved {after} J",
+                law.name()
+            );
+        }
     }
+    let each = "four families of springs and two laws of bending";
+    assert_eq!(laws, 6 * states(&state).len(), "{each}");
 }
 
 #[test]

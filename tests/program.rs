@@ -1,5 +1,6 @@
 //! The program as a user meets it: exit codes, messages, and the files that it writes or spares.
 
+use crate::support;
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::fs;
@@ -48,14 +49,7 @@ const PATIENCE: Duration = Duration::from_secs(60);
 
 /// An empty folder for the test of that name.
 fn folder(test: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR"))
-        .join("program")
-        .join(test);
-    if folder.exists() {
-        fs::remove_dir_all(&folder).expect("an old test folder can be removed");
-    }
-    fs::create_dir_all(&folder).expect("a test folder can be made");
-    folder
+    support::folder(&format!("program/{test}"))
 }
 
 /// How a command ended.

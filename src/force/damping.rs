@@ -1,7 +1,7 @@
 //! Damping: mass-proportional on all motion, stiffness-proportional on change of length only.
 
-use super::SpringBatch;
-use crate::linear::{Assembly, PairBlock};
+use super::{SpringBatch, Stiffness};
+use crate::linear::{Assembly, LineBlock, Pattern};
 use crate::state::State;
 use glam::DVec3;
 use std::fmt::Debug;
@@ -17,8 +17,8 @@ pub trait Damping: Debug + Send + Sync {
     /// Adds the damping forces (N).
     fn add_forces(&self, state: &State, forces: &mut [DVec3]);
 
-    /// Particles between which the law has blocks, in the order in which it fills them.
-    fn pairs(&self) -> Vec<[u32; 2]>;
+    /// Particles between which the law has blocks.
+    fn pattern(&self) -> Pattern;
 
     /// Adds −`scale` · ∂f/∂v to the matrix.
     fn add_jacobian(&self, state: &State, scale: f64, assembly: &mut Assembly<'_>);
@@ -53,8 +53,8 @@ impl Damping for MassDamping {
         }
     }
 
-    fn pairs(&self) -> Vec<[u32; 2]> {
-        Vec::new()
+    fn pattern(&self) -> Pattern {
+        Pattern::Lines(Vec::new())
     }
 
     fn add_jacobian(&self, _: &State, scale: f64, assembly: &mut Assembly<'_>) {
@@ -124,12 +124,8 @@ impl Damping for SpringDamping {
         }
     }
 
-    fn pairs(&self) -> Vec<[u32; 2]> {
-        self.springs
-            .springs
-            .iter()
-            .map(|spring| spring.ends)
-            .collect()
+    fn pattern(&self) -> Pattern {
+        self.springs.pattern()
     }
 
     fn add_jacobian(&self, state: &State, scale: f64, assembly: &mut Assembly<'_>) {
@@ -138,7 +134,7 @@ impl Damping for SpringDamping {
             if length_squared > 0.0 {
                 assembly.add(
                     element,
-                    PairBlock {
+                    LineBlock {
                         a: 0.0,
                         e: scale * c / length_squared,
                         d,
@@ -211,9 +207,9 @@ mod tests {
     #[test]
     fn jacobian_is_the_derivative_by_velocity() {
         let (damping, state) = pair();
-        let pairs = damping.pairs();
-        let mut matrix = crate::linear::PairMatrix::with_pattern(2, pairs.iter().copied());
-        let slots = [0];
+        let pattern = damping.pattern();
+        let mut matrix = crate::linear::PairMatrix::with_patterns(2, [&pattern].into_iter());
+        let slots = matrix.slots(&pattern);
         damping.add_jacobian(
             &state,
             1.0,

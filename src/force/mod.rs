@@ -4,14 +4,24 @@
 //! elements. Damping has no energy; it reports the power that it takes away.
 
 mod damping;
+mod dihedral;
+mod discrete_shell;
+mod edge_spring;
 mod gravity;
+mod hinge;
+mod hinge_damping;
 mod spring;
 
 pub use damping::{Damping, MassDamping, SpringDamping, damper_force};
+pub use dihedral::Dihedral;
+pub use discrete_shell::DiscreteShell;
+pub use edge_spring::EdgeSpring;
 pub use gravity::Gravity;
+pub use hinge::{BendingLaw, Hinge, HingeBatch};
+pub use hinge_damping::HingeDamping;
 pub use spring::{Spring, SpringBatch, energy, force, jacobian, jacobian_definite};
 
-use crate::linear::Assembly;
+use crate::linear::{Assembly, Pattern};
 use crate::state::State;
 use glam::DVec3;
 use std::fmt::Debug;
@@ -30,9 +40,25 @@ pub trait Force: Debug + Send + Sync {
 
 /// A force whose derivative the implicit schemes need.
 pub trait Stiffness: Force {
-    /// Particles between which the law has blocks, in the order in which it fills them.
-    fn pairs(&self) -> Vec<[u32; 2]>;
+    /// Particles between which the law has blocks.
+    fn pattern(&self) -> Pattern;
 
-    /// Adds −`scale` · ∂f/∂x, made positive semi-definite, to the matrix.
-    fn add_jacobian(&self, state: &State, scale: f64, assembly: &mut Assembly<'_>);
+    /// Adds −`scale` · ∂f/∂x to the matrix.
+    fn add_jacobian(
+        &self,
+        state: &State,
+        scale: f64,
+        jacobian: Jacobian,
+        assembly: &mut Assembly<'_>,
+    );
+}
+
+/// Which −∂f/∂x.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Jacobian {
+    /// The derivative itself.
+    Exact,
+    /// Each element's without its negative part, so that the implicit schemes' matrix is positive
+    /// definite.
+    Definite,
 }

@@ -1,7 +1,11 @@
-//! Springs with a rest length.
+//! Springs: with a rest length, or without.
+//!
+//! A spring without a rest length (ℓ₀ = 0) is the ideal one: E = ½ k |d|², f = k d and the Jacobian
+//! k·1 are linear and regular everywhere. With a rest length, force and direction are no longer
+//! linear, and at zero length the direction is undefined.
 
-use super::{Force, Stiffness};
-use crate::linear::{Assembly, PairBlock};
+use super::{Force, Jacobian, Stiffness};
+use crate::linear::{Assembly, LineBlock, Pattern};
 use crate::state::State;
 use glam::DVec3;
 
@@ -30,7 +34,7 @@ pub fn force(d: DVec3, stiffness: f64, rest_length: f64) -> DVec3 {
 ///
 /// Negative across a compressed spring. At |d| = 0, where the force has no derivative, k·1: the
 /// spring resists every direction in which its ends may part.
-pub fn jacobian(d: DVec3, stiffness: f64, rest_length: f64) -> PairBlock {
+pub fn jacobian(d: DVec3, stiffness: f64, rest_length: f64) -> LineBlock {
     block(d, stiffness, rest_length, f64::NEG_INFINITY)
 }
 
@@ -38,23 +42,23 @@ pub fn jacobian(d: DVec3, stiffness: f64, rest_length: f64) -> PairBlock {
 /// k [d̂ d̂ᵀ + max(0, 1 − ℓ₀/|d|)(1 − d̂ d̂ᵀ)].
 ///
 /// Source: Choi and Ko 2002.
-pub fn jacobian_definite(d: DVec3, stiffness: f64, rest_length: f64) -> PairBlock {
+pub fn jacobian_definite(d: DVec3, stiffness: f64, rest_length: f64) -> LineBlock {
     block(d, stiffness, rest_length, 0.0)
 }
 
 /// The Jacobian with the factor across the spring bounded below.
 #[inline]
-fn block(d: DVec3, stiffness: f64, rest_length: f64, across_least: f64) -> PairBlock {
+fn block(d: DVec3, stiffness: f64, rest_length: f64, across_least: f64) -> LineBlock {
     let length_squared = d.length_squared();
     if length_squared == 0.0 {
-        return PairBlock {
+        return LineBlock {
             a: stiffness,
             e: 0.0,
             d,
         };
     }
     let across = (1.0 - rest_length / length_squared.sqrt()).max(across_least);
-    PairBlock {
+    LineBlock {
         a: stiffness * across,
         e: stiffness * (1.0 - across) / length_squared,
         d,
@@ -79,10 +83,14 @@ impl Spring {
         positions[self.ends[1] as usize] - positions[self.ends[0] as usize]
     }
 
-    /// Strain ε = ℓ/ℓ₀ − 1.
+    /// Strain ε = ℓ/ℓ₀ − 1; 0 for a zero-length spring, which has none.
     #[inline]
     pub fn strain(&self, positions: &[DVec3]) -> f64 {
-        self.span(positions).length() / self.rest_length - 1.0
+        if self.rest_length > 0.0 {
+            self.span(positions).length() / self.rest_length - 1.0
+        } else {
+            0.0
+        }
     }
 
     /// λ² = (ℓ/ℓ₀)², which needs no square root.
@@ -95,10 +103,17 @@ impl Spring {
 /// All springs of one family.
 #[derive(Clone, Debug)]
 pub struct SpringBatch {
-    /// `structural`, `shear` or `bend`.
+    /// `structural`, `shear`, `bend` or `zero-length`.
     pub family: &'static str,
     /// The springs.
     pub springs: Vec<Spring>,
+}
+
+impl SpringBatch {
+    /// Whether the springs stand for lengths of the weave, whose strain counts.
+    pub fn is_weave(&self) -> bool {
+        matches!(self.family, "structural" | "shear")
+    }
 }
 
 impl Force for SpringBatch {
@@ -133,15 +148,25 @@ impl Force for SpringBatch {
 }
 
 impl Stiffness for SpringBatch {
-    fn pairs(&self) -> Vec<[u32; 2]> {
-        self.springs.iter().map(|spring| spring.ends).collect()
+    fn pattern(&self) -> Pattern {
+        Pattern::Lines(self.springs.iter().map(|spring| spring.ends).collect())
     }
 
-    fn add_jacobian(&self, state: &State, scale: f64, assembly: &mut Assembly<'_>) {
+    fn add_jacobian(
+        &self,
+        state: &State,
+        scale: f64,
+        jacobian: Jacobian,
+        assembly: &mut Assembly<'_>,
+    ) {
+        let across_least = match jacobian {
+            Jacobian::Exact => f64::NEG_INFINITY,
+            Jacobian::Definite => 0.0,
+        };
         for (element, spring) in self.springs.iter().enumerate() {
             let d = spring.span(&state.positions);
-            let block = jacobian_definite(d, scale * spring.stiffness, spring.rest_length);
-            assembly.add(element, block);
+            let k = scale * spring.stiffness;
+            assembly.add(element, block(d, k, spring.rest_length, across_least));
         }
     }
 }

@@ -171,7 +171,7 @@ fn cloth_frame(
         let strain = springs.iter().map(|&spring| {
             let spring = &batch.springs[spring];
             let strain = spring.strain(positions);
-            if batch.family != "bend" {
+            if batch.is_weave() {
                 for end in spring.ends {
                     let sum = &mut sums[end as usize - cloth.particles.start];
                     *sum = (sum.0 + strain, sum.1 + 1.0);

@@ -124,11 +124,11 @@ pub(super) fn regrip(contact: &Contact, grip: Grip, impulse: DVec3, velocity: DV
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::linear::PairBlock;
+    use crate::linear::LineBlock;
 
     #[test]
     fn plane_inverse_inverts_across_the_normal_and_ignores_it() {
-        let along = |a, e, d| PairBlock { a, e, d }.to_matrix();
+        let along = |a, e, d| LineBlock { a, e, d }.to_matrix();
         let block = along(3.0, 2.0, DVec3::new(0.5, -1.0, 0.2))
             + along(0.0, 1.0, DVec3::new(1.0, 2.0, 3.0));
         let n = DVec3::new(1.0, 2.0, -2.0) / 3.0;

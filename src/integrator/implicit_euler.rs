@@ -9,8 +9,10 @@
 
 use super::constraint::{Constraint, closing_velocity, constrain, pressed, regrip};
 use crate::collision::Contacts;
-use crate::force::{Damping, Stiffness};
-use crate::linear::{Assembly, ConjugateGradient, Limits, PairMatrix, Solve, System};
+use crate::force::{Damping, Jacobian, Stiffness};
+use crate::linear::{
+    Assembly, ConjugateGradient, Limits, PairMatrix, Pattern, Slot, Solve, System,
+};
 use crate::model::{Cloth, Model};
 use crate::state::State;
 use glam::{DMat3, DVec3};
@@ -22,7 +24,7 @@ pub struct ImplicitEuler {
     /// M − dt ∂f/∂v − dt² ∂f/∂x.
     matrix: PairMatrix,
     /// Slots in the matrix of each stiffness, then of each damping.
-    slots: Vec<Vec<u32>>,
+    slots: Vec<Vec<Slot>>,
     /// M v₀ + dt f(x₀) (N·s).
     impulses: Vec<DVec3>,
     constraints: Vec<Constraint>,
@@ -39,12 +41,10 @@ const MAX_ITERATIONS: u32 = 2000;
 impl ImplicitEuler {
     pub(super) fn new(model: &Model, linear_tolerance: f64) -> Self {
         let particles = model.particles();
-        let mut pairs: Vec<Vec<[u32; 2]>> = model.stiffnesses().map(Stiffness::pairs).collect();
-        pairs.extend(model.dampings().map(Damping::pairs));
-        let matrix = PairMatrix::with_pattern(particles, pairs.iter().flatten().copied());
-        let slots = pairs
-            .iter()
-            .map(|pairs| pairs.iter().filter_map(|&pair| matrix.slot(pair)).collect());
+        let mut patterns: Vec<Pattern> = model.stiffnesses().map(Stiffness::pattern).collect();
+        patterns.extend(model.dampings().map(Damping::pattern));
+        let matrix = PairMatrix::with_patterns(particles, patterns.iter());
+        let slots = patterns.iter().map(|pattern| matrix.slots(pattern));
         Self {
             linear_tolerance,
             slots: slots.collect(),
@@ -187,11 +187,16 @@ impl ImplicitEuler {
 }
 
 /// M − dt ∂f/∂v − dt² ∂f/∂x.
-fn assemble(matrix: &mut PairMatrix, slots: &[Vec<u32>], model: &Model, dt: f64, state: &State) {
+fn assemble(matrix: &mut PairMatrix, slots: &[Vec<Slot>], model: &Model, dt: f64, state: &State) {
     matrix.clear(&model.masses);
     let mut slots = slots.iter();
     for (law, slots) in model.stiffnesses().zip(slots.by_ref()) {
-        law.add_jacobian(state, dt * dt, &mut Assembly { matrix, slots });
+        law.add_jacobian(
+            state,
+            dt * dt,
+            Jacobian::Definite,
+            &mut Assembly { matrix, slots },
+        );
     }
     for (law, slots) in model.dampings().zip(slots) {
         law.add_jacobian(state, dt, &mut Assembly { matrix, slots });

@@ -255,26 +255,24 @@ impl<'a> Shared<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::linear::{Assembly, PairBlock};
+    use crate::linear::{Assembly, LineBlock, Pattern};
 
     /// A chain long enough for several chunks, held at its first particle.
     fn chain(rows: u32) -> PairMatrix {
         let pairs: Vec<[u32; 2]> = (1..rows).map(|j| [j - 1, j]).collect();
-        let mut matrix = PairMatrix::with_pattern(rows as usize, pairs.iter().copied());
+        let pattern = Pattern::Lines(pairs.clone());
+        let mut matrix = PairMatrix::with_patterns(rows as usize, [&pattern].into_iter());
         matrix.clear(&vec![0.1; rows as usize]);
-        let slots: Vec<u32> = pairs
-            .iter()
-            .map(|&pair| matrix.slot(pair).unwrap())
-            .collect();
+        let slots = matrix.slots(&pattern);
         let mut assembly = Assembly {
             matrix: &mut matrix,
             slots: &slots,
         };
         for element in 0..pairs.len() {
-            let t = f64::from(slots[element]);
+            let t = f64::from(pairs[element][0]);
             assembly.add(
                 element,
-                PairBlock {
+                LineBlock {
                     a: 0.5,
                     e: 2.0,
                     d: DVec3::new(t.sin(), t.cos(), 0.5),

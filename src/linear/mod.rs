@@ -6,10 +6,11 @@
 
 mod conjugate_gradient;
 mod pair_matrix;
+mod pairs;
 mod team;
 
 pub use conjugate_gradient::{ConjugateGradient, Limits, Solve, System};
-pub use pair_matrix::{Assembly, PairBlock, PairMatrix};
+pub use pair_matrix::{Assembly, LineBlock, PairMatrix, Pattern, Slot};
 
 /// Rows in a chunk: large enough that the blocks between chunks, which are read twice, are few (one
 /// in 25 for a 61 × 61 sheet with second neighbours), small enough for two threads to share.

@@ -1,36 +1,57 @@
-//! The matrix of a set of particles that act on each other in pairs along lines.
+//! The matrix of a set of particles that act on each other in pairs.
 
 use super::CHUNK;
+use super::pairs::{Block, Pairs};
 use glam::{DMat3, DVec3};
 
 /// A symmetric matrix of 3 × 3 blocks, one row a particle: a mass on the diagonal, and for every pair
-/// of particles (i, j) the block B = a·1 + e·d dᵀ, added to (i, i) and (j, j), taken from (i, j) and
-/// (j, i).
+/// of particles (i, j) a block B, added to (i, i), taken from (i, j), and likewise its transpose for
+/// (j, j) and (j, i).
 ///
-/// Springs and dampers are of this form. A product needs 25 operations a pair instead of the 60 of
-/// two full blocks, and 44 bytes instead of 76.
+/// Every law without an outer hold is of this form: moving all particles alike changes no force, so
+/// that a diagonal block is minus the sum of the others in its row. Springs and dampers act along a
+/// line and need [`LineBlock`]s, 25 operations and 44 bytes a pair in a product; hinges need whole
+/// matrices, 39 operations and 76 bytes. A pair that needs both has the whole one.
 ///
 /// The pattern is fixed; [`PairMatrix::clear`] and [`Assembly`] fill it anew each step.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct PairMatrix {
     /// Multiple of the identity at (i, i).
     pub masses: Vec<f64>,
-    /// Where each row's pairs begin; one more entry than rows.
-    row_start: Vec<u32>,
-    /// The other particle j > i of each pair.
-    columns: Vec<u32>,
-    /// The block of each pair.
-    blocks: Vec<PairBlock>,
-    /// How many of a row's pairs, its first, end in the row's own chunk.
-    inside: Vec<u32>,
-    /// Per chunk: row in it, row outside it and slot of the pairs that cross its border. Each such
-    /// pair stands in two lists.
-    crossing: Vec<Vec<[u32; 3]>>,
+    lines: Pairs<LineBlock>,
+    whole: Pairs<DMat3>,
+}
+
+/// The particles between which a law has blocks, in the order in which it fills them.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Pattern {
+    /// Blocks a·1 + e·d dᵀ.
+    Lines(Vec<[u32; 2]>),
+    /// Any blocks.
+    Whole(Vec<[u32; 2]>),
+}
+
+impl Pattern {
+    fn pairs(&self) -> &[[u32; 2]] {
+        match self {
+            Self::Lines(pairs) | Self::Whole(pairs) => pairs,
+        }
+    }
+}
+
+/// Where the block of a pair is stored.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Slot {
+    index: u32,
+    /// Whether it is a whole matrix.
+    whole: bool,
+    /// Whether it is stored for (j, i).
+    flipped: bool,
 }
 
 /// B = a·1 + e·d dᵀ.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct PairBlock {
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LineBlock {
     /// Factor of the identity.
     pub a: f64,
     /// Factor of d dᵀ.
@@ -39,13 +60,7 @@ pub struct PairBlock {
     pub d: DVec3,
 }
 
-impl PairBlock {
-    /// B v.
-    #[inline]
-    fn times(&self, v: DVec3) -> DVec3 {
-        v * self.a + self.d * (self.e * self.d.dot(v))
-    }
-
+impl LineBlock {
     /// B as a matrix.
     pub fn to_matrix(self) -> DMat3 {
         let e = self.d * self.e;
@@ -54,53 +69,114 @@ impl PairBlock {
     }
 }
 
+impl Block for LineBlock {
+    const ZERO: Self = Self {
+        a: 0.0,
+        e: 0.0,
+        d: DVec3::ZERO,
+    };
+
+    #[inline]
+    fn times(&self, v: DVec3) -> DVec3 {
+        v * self.a + self.d * (self.e * self.d.dot(v))
+    }
+
+    #[inline]
+    fn times_both(&self, v: DVec3) -> [DVec3; 2] {
+        let product = self.times(v);
+        [product, product]
+    }
+
+    fn matrix(&self) -> DMat3 {
+        self.to_matrix()
+    }
+}
+
+impl Block for DMat3 {
+    const ZERO: Self = Self::ZERO;
+
+    #[inline]
+    fn times(&self, v: DVec3) -> DVec3 {
+        *self * v
+    }
+
+    #[inline]
+    fn times_both(&self, v: DVec3) -> [DVec3; 2] {
+        let transposed = DVec3::new(self.x_axis.dot(v), self.y_axis.dot(v), self.z_axis.dot(v));
+        [*self * v, transposed]
+    }
+
+    fn matrix(&self) -> DMat3 {
+        *self
+    }
+}
+
 impl PairMatrix {
-    /// An empty matrix of `rows` rows with room for blocks at `pairs`, in any order, repeated or not.
-    pub fn with_pattern(rows: usize, pairs: impl Iterator<Item = [u32; 2]>) -> Self {
-        let mut pairs: Vec<[u32; 2]> = pairs.map(|[i, j]| [i.min(j), i.max(j)]).collect();
-        pairs.sort_unstable();
-        pairs.dedup();
-        let mut row_start = vec![0_u32; rows + 1];
-        for &[i, _] in &pairs {
-            row_start[i as usize + 1] += 1;
-        }
-        for i in 0..rows {
-            row_start[i + 1] += row_start[i];
-        }
-        let mut crossing = vec![Vec::new(); rows.div_ceil(CHUNK)];
-        let mut inside = vec![0; rows];
-        for (slot, &[i, j]) in (0_u32..).zip(&pairs) {
-            let [chunk_i, chunk_j] = [i, j].map(|row| row as usize / CHUNK);
-            if chunk_i == chunk_j {
-                inside[i as usize] += 1;
-            } else {
-                crossing[chunk_i].push([i, j, slot]);
-                crossing[chunk_j].push([j, i, slot]);
-            }
-        }
+    /// An empty matrix of `rows` rows with room for the blocks of `patterns`, pairs in any order,
+    /// repeated or not.
+    pub fn with_patterns<'a>(
+        rows: usize,
+        patterns: impl Iterator<Item = &'a Pattern> + Clone,
+    ) -> Self {
+        let sorted = |wanted: fn(&Pattern) -> bool| {
+            let pairs = patterns.clone().filter(|p| wanted(p));
+            let mut pairs: Vec<[u32; 2]> = pairs
+                .flat_map(Pattern::pairs)
+                .map(|&[i, j]| [i.min(j), i.max(j)])
+                .collect();
+            pairs.sort_unstable();
+            pairs.dedup();
+            pairs
+        };
+        let whole = sorted(|pattern| matches!(pattern, Pattern::Whole(_)));
+        let mut lines = sorted(|pattern| matches!(pattern, Pattern::Lines(_)));
+        lines.retain(|pair| whole.binary_search(pair).is_err());
         Self {
             masses: vec![0.0; rows],
-            row_start,
-            columns: pairs.iter().map(|pair| pair[1]).collect(),
-            blocks: vec![PairBlock::default(); pairs.len()],
-            inside,
-            crossing,
+            lines: Pairs::with_pattern(rows, &lines),
+            whole: Pairs::with_pattern(rows, &whole),
         }
     }
 
     /// Sets every block to zero, and the masses on the diagonal.
     pub fn clear(&mut self, masses: &[f64]) {
         self.masses.copy_from_slice(masses);
-        self.blocks.fill(PairBlock::default());
+        self.lines.blocks.fill(LineBlock::ZERO);
+        self.whole.blocks.fill(DMat3::ZERO);
     }
 
     /// Where the block of a pair is stored; `None` when the pattern doesn't have it.
-    pub fn slot(&self, pair: [u32; 2]) -> Option<u32> {
-        let (i, j) = (pair[0].min(pair[1]), pair[0].max(pair[1]));
-        let (start, end) = (self.row_start[i as usize], self.row_start[i as usize + 1]);
-        let row = &self.columns[start as usize..end as usize];
-        let place = row.binary_search(&j).ok()?;
-        Some(start + u32::try_from(place).ok()?)
+    pub fn slot(&self, [i, j]: [u32; 2]) -> Option<Slot> {
+        let (low, high) = (i.min(j), i.max(j));
+        let found = |index, whole| Slot {
+            index,
+            whole,
+            flipped: i > j,
+        };
+        let whole = self.whole.find(low, high).map(|index| found(index, true));
+        whole.or_else(|| self.lines.find(low, high).map(|index| found(index, false)))
+    }
+
+    /// The slots of a law's pairs, in its order.
+    pub fn slots(&self, pattern: &Pattern) -> Vec<Slot> {
+        let pairs = pattern.pairs().iter();
+        pairs.filter_map(|&pair| self.slot(pair)).collect()
+    }
+
+    /// Every pair i < j of the pattern: those of lines, then those of whole blocks.
+    pub fn pairs(&self) -> Vec<[u32; 2]> {
+        self.lines
+            .each_pair()
+            .chain(self.whole.each_pair())
+            .collect()
+    }
+
+    /// The block −B at (i, j) of every pair, in the order of [`PairMatrix::pairs`].
+    pub fn off_diagonal(&self) -> Vec<DMat3> {
+        let lines = self.lines.blocks.iter().map(|block| -block.matrix());
+        lines
+            .chain(self.whole.blocks.iter().map(|block| -*block))
+            .collect()
     }
 
     /// The diagonal blocks.
@@ -108,13 +184,8 @@ impl PairMatrix {
         for (block, &m) in blocks.iter_mut().zip(&self.masses) {
             *block = DMat3::from_diagonal(DVec3::splat(m));
         }
-        for i in 0..self.masses.len() {
-            for slot in self.row(i) {
-                let pair = self.blocks[slot].to_matrix();
-                blocks[i] += pair;
-                blocks[self.columns[slot] as usize] += pair;
-            }
-        }
+        self.lines.add_diagonal(blocks);
+        self.whole.add_diagonal(blocks);
     }
 
     /// y = A x.
@@ -133,32 +204,12 @@ impl PairMatrix {
         other: impl Fn(usize) -> DVec3,
         y: &mut [DVec3],
     ) {
-        let first = chunk * CHUNK;
-        for k in 0..y.len() {
-            y[k] = own[k] * self.masses[first + k];
+        let masses = &self.masses[chunk * CHUNK..][..y.len()];
+        for (y, (&x, &m)) in y.iter_mut().zip(own.iter().zip(masses)) {
+            *y = x * m;
         }
-        for k in 0..y.len() {
-            let start = self.row_start[first + k] as usize;
-            let row = start..start + self.inside[first + k] as usize;
-            let mut sum = DVec3::ZERO;
-            for (block, &j) in self.blocks[row.clone()].iter().zip(&self.columns[row]) {
-                let j = j as usize - first;
-                let product = block.times(own[k] - own[j]);
-                sum += product;
-                y[j] -= product;
-            }
-            y[k] += sum;
-        }
-        for &[i, j, slot] in &self.crossing[chunk] {
-            let k = i as usize - first;
-            y[k] += self.blocks[slot as usize].times(own[k] - other(j as usize));
-        }
-    }
-
-    /// Slots of the pairs that begin at a particle.
-    #[inline]
-    fn row(&self, i: usize) -> std::ops::Range<usize> {
-        self.row_start[i] as usize..self.row_start[i + 1] as usize
+        self.lines.add_product(chunk, own, &other, y);
+        self.whole.add_product(chunk, own, &other, y);
     }
 }
 
@@ -168,62 +219,105 @@ pub struct Assembly<'a> {
     /// The matrix.
     pub matrix: &'a mut PairMatrix,
     /// Slot of each of the batch's pairs, in the batch's order.
-    pub slots: &'a [u32],
+    pub slots: &'a [Slot],
 }
 
 impl Assembly<'_> {
     /// Adds a·1 + e·d dᵀ to the block of a pair. All elements of a pair act along one line: `d` is
     /// the same for each, up to its sign.
     #[inline]
-    pub fn add(&mut self, element: usize, block: PairBlock) {
-        let sum = &mut self.matrix.blocks[self.slots[element] as usize];
-        sum.a += block.a;
-        sum.e += block.e;
-        sum.d = block.d;
+    pub fn add(&mut self, pair: usize, block: LineBlock) {
+        let slot = self.slots[pair];
+        if slot.whole {
+            self.matrix.whole.blocks[slot.index as usize] += block.to_matrix();
+        } else {
+            let sum = &mut self.matrix.lines.blocks[slot.index as usize];
+            sum.a += block.a;
+            sum.e += block.e;
+            sum.d = block.d;
+        }
+    }
+
+    /// Adds B to the whole block of a pair (i, j) as the law listed it: (i, j) itself becomes −B.
+    #[inline]
+    pub fn add_whole(&mut self, pair: usize, block: DMat3) {
+        let slot = self.slots[pair];
+        let block = if slot.flipped {
+            block.transpose()
+        } else {
+            block
+        };
+        self.matrix.whole.blocks[slot.index as usize] += block;
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::collections::BTreeMap;
 
-    /// The product and the diagonal against dense ones, on a band that crosses several chunks.
+    /// The product and the diagonal against dense ones, on bands of both kinds that cross several
+    /// chunks and share some pairs, given in either order.
     #[test]
     fn products_agree_with_the_dense_matrix() {
         let rows = 2 * CHUNK + 300;
         let count = u32::try_from(rows).unwrap();
-        let pairs: Vec<[u32; 2]> = (0..count)
-            .flat_map(|i| [1, 2, 700].into_iter().map(move |step| [i + step, i]))
-            .filter(|pair| (pair[0] as usize) < rows)
-            .collect();
-        let mut matrix = PairMatrix::with_pattern(rows, pairs.iter().copied());
-        let slots: Vec<u32> = pairs
-            .iter()
-            .map(|&pair| matrix.slot(pair).unwrap())
-            .collect();
+        let band = |steps: [u32; 3]| -> Vec<[u32; 2]> {
+            (0..count)
+                .flat_map(|i| steps.into_iter().map(move |step| [i + step, i]))
+                .filter(|pair| (pair[0] as usize) < rows)
+                .map(|[j, i]| if (i / 3) % 2 == 0 { [j, i] } else { [i, j] })
+                .collect()
+        };
+        let (line_pairs, whole_pairs) = (band([1, 2, 700]), band([1, 3, 900]));
+        let patterns = [
+            Pattern::Lines(line_pairs.clone()),
+            Pattern::Whole(whole_pairs.clone()),
+        ];
+        let mut matrix = PairMatrix::with_patterns(rows, patterns.iter());
         let masses: Vec<f64> = (0..count).map(|i| 1.0 + f64::from(i).sin().abs()).collect();
         matrix.clear(&masses);
-        let mut dense = vec![std::collections::BTreeMap::new(); rows];
-        for (i, &m) in masses.iter().enumerate() {
-            dense[i].insert(i, DMat3::from_diagonal(DVec3::splat(m)));
-        }
-        let mut assembly = Assembly {
-            matrix: &mut matrix,
-            slots: &slots,
+        let mut dense: Vec<BTreeMap<usize, DMat3>> = masses
+            .iter()
+            .enumerate()
+            .map(|(i, &m)| BTreeMap::from([(i, DMat3::from_diagonal(DVec3::splat(m)))]))
+            .collect();
+        let mut expect = |[i, j]: [u32; 2], block: DMat3| {
+            let flipped = block.transpose();
+            for (row, column, block) in [
+                (i, i, block),
+                (j, j, flipped),
+                (i, j, -block),
+                (j, i, -flipped),
+            ] {
+                *dense[row as usize]
+                    .entry(column as usize)
+                    .or_insert(DMat3::ZERO) += block;
+            }
         };
-        for (element, &[i, j]) in pairs.iter().enumerate() {
-            let t = f64::from(i) * 0.7 + f64::from(j);
-            let block = PairBlock {
+        let slots = matrix.slots(&patterns[0]);
+        for (element, &[i, j]) in line_pairs.iter().enumerate() {
+            let t = f64::from(i.min(j)) * 0.7 + f64::from(i.max(j));
+            let block = LineBlock {
                 a: t.sin() + 2.0,
                 e: t.cos(),
                 d: DVec3::new(1.0, t.sin(), -0.3),
             };
-            assembly.add(element, block);
-            for (row, column, sign) in [(i, i, 1.0), (j, j, 1.0), (i, j, -1.0), (j, i, -1.0)] {
-                *dense[row as usize]
-                    .entry(column as usize)
-                    .or_insert(DMat3::ZERO) += block.to_matrix() * sign;
-            }
+            let (matrix, slots) = (&mut matrix, &slots[..]);
+            Assembly { matrix, slots }.add(element, block);
+            expect([i, j], block.to_matrix());
+        }
+        let slots = matrix.slots(&patterns[1]);
+        for (element, &[i, j]) in whole_pairs.iter().enumerate() {
+            let t = f64::from(i) * 0.3 + f64::from(j);
+            let block = DMat3::from_cols(
+                DVec3::new(t.sin(), 0.5, -0.2),
+                DVec3::new(0.1, t.cos(), 0.7),
+                DVec3::new(0.4, -0.6, 1.0),
+            );
+            let (matrix, slots) = (&mut matrix, &slots[..]);
+            Assembly { matrix, slots }.add_whole(element, block);
+            expect([i, j], block);
         }
         let x: Vec<DVec3> = (0..count)
             .map(|i| DVec3::new(f64::from(i).sin(), 0.5, f64::from(i).cos()))
@@ -242,6 +336,9 @@ mod tests {
                 row[&i].abs_diff_eq(diagonal[i], 1e-12),
                 "diagonal block {i}"
             );
+        }
+        for ([i, j], block) in matrix.pairs().into_iter().zip(matrix.off_diagonal()) {
+            assert!(dense[i as usize][&(j as usize)].abs_diff_eq(block, 1e-12));
         }
         assert_eq!(matrix.slot([0, 5]), None);
     }

@@ -20,6 +20,8 @@ pub struct Repairs {
     pub duplicate_triangles: usize,
     /// Whether the mesh was inside out.
     pub turned: bool,
+    /// Triangles that faced the other way than their neighbours.
+    pub turned_triangles: usize,
 }
 
 /// Why an OBJ file can't be used.

@@ -11,14 +11,14 @@ pub fn model_list(scene: &Scene, model: &Model) -> String {
     let _ = writeln!(
         text,
         "- {} particles, {} springs, {triangles} triangles in {} cloth(s)",
-        model.particles(),
+        model.cloth_particles(),
         model.spring_count(),
         model.cloths.len()
     );
     for batch in &model.springs {
         let _ = writeln!(text, "- {} springs: {}", batch.family, batch.springs.len());
     }
-    let pinned = (0..model.particles())
+    let pinned = (0..model.cloth_particles())
         .filter(|&i| model.is_pinned(i))
         .count();
     let _ = writeln!(text, "- pinned particles: {pinned}");

@@ -210,7 +210,7 @@ mod tests {
             "name=other",
         ];
         let loaded = load("hanging-cloth", &changes.map(String::from)).unwrap();
-        assert!((loaded.scene.cloth[0].material.stretch - 5.0).abs() < 1e-15);
+        assert_eq!(loaded.scene.cloth[0].material.stretch, Some(5.0));
         assert_eq!(loaded.scene.name, "other");
         assert!(loaded.text.contains("cells = [8, 9]"), "{}", loaded.text);
         let error = load("hanging-cloth", &["cloth.skirt.name=x".to_owned()]).unwrap_err();

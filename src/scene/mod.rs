@@ -9,8 +9,13 @@ mod builtin;
 mod doctor;
 mod fault;
 mod load;
+mod parts;
 mod place;
+mod read_mesh;
+mod rigidity;
 mod schema;
+mod select;
+mod spring_constant;
 mod stiffness;
 mod validate;
 
@@ -20,6 +25,7 @@ pub use doctor::model_list;
 pub use fault::SceneError;
 pub use load::{LoadedScene, load};
 pub use schema::{
-    ChainShape, Cloth, Damping, IntegratorName, Material, ObjShape, Obstacle, ObstacleShape, Pin,
-    Record, Scene, Select, Shape, SheetShape, Solver, SpringDetailName, SpringKind, StrainLimit,
+    BendingName, BlockShape, ChainShape, Cloth, Damping, IntegratorName, Material, ObjShape,
+    Obstacle, ObstacleShape, Pin, Record, Scene, Select, Shape, SheetShape, Solver,
+    SpringDetailName, SpringKind, Start, StrainLimit,
 };

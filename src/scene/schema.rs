@@ -47,9 +47,15 @@ pub struct Cloth {
     /// How it is turned: degrees about x, then y, then z, before it is moved.
     #[serde(default)]
     pub rotate: [f64; 3],
+    /// How it starts, other than at rest in its shape.
+    #[serde(default)]
+    pub start: Start,
     /// Its kinds of springs.
     #[serde(default = "structural_and_shear")]
     pub springs: Vec<SpringKind>,
+    /// How its hinges bend.
+    #[serde(default)]
+    pub bending: BendingName,
     /// What it is made of.
     pub material: Material,
     /// What slows it down.
@@ -65,6 +71,10 @@ pub enum Shape {
     Sheet(SheetShape),
     /// Particles in a row along +x.
     Chain(ChainShape),
+    /// A solid lattice of particles.
+    Block(BlockShape),
+    /// Any triangle mesh.
+    Obj(ObjShape),
 }
 
 /// A rectangle in the xz plane.
@@ -92,6 +102,51 @@ pub struct ChainShape {
     pub links: u32,
 }
 
+/// A solid lattice of particles.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct BlockShape {
+    /// Width along x, y and z (m).
+    pub size: [f64; 3],
+    /// Number of cells along x, y and z.
+    pub cells: [u32; 3],
+}
+
+/// How a cloth starts. Pinned particles start at rest.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Start {
+    /// Velocity of every particle (m/s).
+    pub velocity: [f64; 3],
+    /// Angular velocity about its centre of mass (rad/s).
+    pub spin: [f64; 3],
+    /// Factors on its own coordinates before it is placed: how far it is stretched at first.
+    pub stretch: [f64; 3],
+}
+
+impl Default for Start {
+    fn default() -> Self {
+        Self {
+            velocity: [0.0; 3],
+            spin: [0.0; 3],
+            stretch: [1.0; 3],
+        }
+    }
+}
+
+/// How hinges bend.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum BendingName {
+    /// Not at all: there are no hinges.
+    #[default]
+    None,
+    /// By the sine of half their angle (Bridson, Marino and Fedkiw 2003).
+    EdgeSpring,
+    /// By their angle (Grinspun et al. 2003).
+    DiscreteShell,
+}
+
 /// A family of springs (Provot 1995).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
@@ -102,19 +157,27 @@ pub enum SpringKind {
     Shear,
     /// Between second neighbours.
     Bend,
+    /// Along the weave in place of structural springs, with no rest length: ideal springs.
+    ZeroLength,
 }
 
 /// What a cloth is made of, independent of its mesh.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Material {
-    /// Mass by area (kg/m²), for sheets.
+    /// Mass by area (kg/m²), for sheets and meshes.
     pub area_density: Option<f64>,
     /// Mass by length (kg/m), for chains.
     pub linear_density: Option<f64>,
-    /// In-plane modulus E·h of a sheet (N/m); axial stiffness E·A of a chain (N).
-    pub stretch: f64,
-    /// Plate rigidity D of a sheet (N·m); bending stiffness E·I of a chain (N·m²).
+    /// Mass by volume (kg/m³), for blocks.
+    pub density: Option<f64>,
+    /// In-plane modulus E·h of a sheet or mesh (N/m); axial stiffness E·A of a chain (N); Young's
+    /// modulus of a block (Pa).
+    pub stretch: Option<f64>,
+    /// In place of `stretch`: one k for every spring (N/m), whatever it stands for. What this makes
+    /// of a cloth depends on its mesh.
+    pub spring_constant: Option<f64>,
+    /// Plate rigidity D of a sheet or mesh (N·m); bending stiffness E·I of a chain (N·m²).
     pub bend: Option<f64>,
 }
 
@@ -138,15 +201,19 @@ pub struct Pin {
     pub cloth: String,
     /// Which of its particles.
     pub select: Select,
+    /// Whether the cloth's tangent is held too, along the edges whose two ends are selected.
+    #[serde(default)]
+    pub clamp: bool,
 }
 
 /// A choice of particles of a cloth.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Select {
-    /// A whole edge of a sheet.
+    /// A whole edge of a sheet, or side of a block.
     Edge(EdgeName),
-    /// Corners of a sheet (`left-near`, …) or ends of a chain (`left`, `right`).
+    /// Corners of a sheet (`left-near`, …) or block (`left-near-bottom`, …), ends of a chain (`left`,
+    /// `right`).
     Corner(Vec<String>),
     /// Particles by number.
     Vertices(Vec<u32>),

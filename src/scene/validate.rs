@@ -2,7 +2,8 @@
 
 use super::fault::Fault;
 use super::schema::{
-    ChainShape, Cloth, ObjShape, Obstacle, ObstacleShape, Scene, Shape, SheetShape, SpringKind,
+    BendingName, BlockShape, ChainShape, Cloth, ObjShape, Obstacle, ObstacleShape, Scene, Shape,
+    SheetShape, SpringKind,
 };
 
 /// Checks every value that parsing can't.
@@ -65,51 +66,116 @@ pub(super) fn check(scene: &Scene) -> Result<(), Fault> {
 fn check_cloth(at: &str, cloth: &Cloth) -> Result<(), Fault> {
     finite(&format!("{at}.translate"), &cloth.translate)?;
     finite(&format!("{at}.rotate"), &cloth.rotate)?;
+    finite(&format!("{at}.start.velocity"), &cloth.start.velocity)?;
+    finite(&format!("{at}.start.spin"), &cloth.start.spin)?;
+    for factor in cloth.start.stretch {
+        positive(&format!("{at}.start.stretch"), factor)?;
+    }
     check_shape(at, &cloth.shape)?;
-    let material = &cloth.material;
-    let (key, density, other) = match cloth.shape {
-        Shape::Sheet(_) => (
-            "area_density",
-            material.area_density,
-            material.linear_density.map(|_| "linear_density"),
-        ),
-        Shape::Chain(_) => (
-            "linear_density",
-            material.linear_density,
-            material.area_density.map(|_| "area_density"),
-        ),
-    };
-    if let Some(other) = other {
-        return Err(Fault::new(
-            format!("{at}.material.{other}"),
-            format!("this shape's mass is given by {key}"),
-        ));
-    }
-    let Some(density) = density else {
-        return Err(Fault::new(
-            format!("{at}.material"),
-            format!("{key} is missing: the mass of this shape"),
-        ));
-    };
-    positive(&format!("{at}.material.{key}"), density)?;
-    positive(&format!("{at}.material.stretch"), material.stretch)?;
-    let bends = cloth.springs.contains(&SpringKind::Bend);
-    match material.bend {
-        Some(bend) => not_negative(&format!("{at}.material.bend"), bend)?,
-        None if bends => {
-            let cause = "bend is missing: springs = [\"bend\"] need the plate rigidity (N·m), such as 1.0e-5";
-            return Err(Fault::new(format!("{at}.material"), cause));
-        }
-        None => {}
-    }
-    if !cloth.springs.contains(&SpringKind::Structural) {
-        return Err(Fault::new(
-            format!("{at}.springs"),
-            "must contain \"structural\": without them a cloth falls apart",
-        ));
-    }
+    check_density(at, cloth)?;
+    check_stiffness(at, cloth)?;
+    check_structure(at, cloth)?;
     not_negative(&format!("{at}.damping.mass"), cloth.damping.mass)?;
     not_negative(&format!("{at}.damping.stiffness"), cloth.damping.stiffness)
+}
+
+/// Each shape's mass is given by one key.
+fn check_density(at: &str, cloth: &Cloth) -> Result<(), Fault> {
+    let material = &cloth.material;
+    let known = [
+        ("area_density", material.area_density),
+        ("linear_density", material.linear_density),
+        ("density", material.density),
+    ];
+    let key = match cloth.shape {
+        Shape::Sheet(_) | Shape::Obj(_) => "area_density",
+        Shape::Chain(_) => "linear_density",
+        Shape::Block(_) => "density",
+    };
+    let mut density = None;
+    for (other, value) in known {
+        if other == key {
+            density = value;
+        } else if value.is_some() {
+            let cause = format!("this shape's mass is given by {key}");
+            return Err(Fault::new(format!("{at}.material.{other}"), cause));
+        }
+    }
+    let Some(density) = density else {
+        let cause = format!("{key} is missing: the mass of this shape");
+        return Err(Fault::new(format!("{at}.material"), cause));
+    };
+    positive(&format!("{at}.material.{key}"), density)
+}
+
+/// A modulus, or one constant for all springs; a rigidity where something bends.
+fn check_stiffness(at: &str, cloth: &Cloth) -> Result<(), Fault> {
+    let material = &cloth.material;
+    match (material.stretch, material.spring_constant) {
+        (Some(stretch), None) => positive(&format!("{at}.material.stretch"), stretch)?,
+        (None, Some(constant)) => positive(&format!("{at}.material.spring_constant"), constant)?,
+        (Some(_), Some(_)) => {
+            let cause = "stands for the same as stretch, which is given too; remove one of them";
+            return Err(Fault::new(format!("{at}.material.spring_constant"), cause));
+        }
+        (None, None) => {
+            let cause = "stretch is missing: the modulus, by which springs of any length are the same material";
+            return Err(Fault::new(format!("{at}.material"), cause));
+        }
+    }
+    let has = |kind| cloth.springs.contains(&kind);
+    let asks = if cloth.bending != BendingName::None {
+        Some("bending needs")
+    } else if has(SpringKind::Bend) && material.spring_constant.is_none() {
+        Some("springs = [\"bend\"] need")
+    } else {
+        None
+    };
+    match (material.bend, asks) {
+        (Some(bend), _) => not_negative(&format!("{at}.material.bend"), bend),
+        (None, Some(asks)) => {
+            let cause = format!("bend is missing: {asks} the plate rigidity (N·m), such as 1.0e-5");
+            Err(Fault::new(format!("{at}.material"), cause))
+        }
+        (None, None) => Ok(()),
+    }
+}
+
+/// Which springs and hinges go with which shape, and with each other.
+fn check_structure(at: &str, cloth: &Cloth) -> Result<(), Fault> {
+    let has = |kind| cloth.springs.contains(&kind);
+    let springs = |cause: &str| Err(Fault::new(format!("{at}.springs"), cause));
+    match (has(SpringKind::Structural), has(SpringKind::ZeroLength)) {
+        (true, true) => {
+            return springs(
+                "\"zero-length\" springs take the place of \"structural\" ones; remove one of them",
+            );
+        }
+        (false, false) => {
+            return springs(
+                "must contain \"structural\" (or \"zero-length\"): without them a cloth falls apart",
+            );
+        }
+        (false, true) if cloth.material.spring_constant.is_none() => {
+            let cause = "\"zero-length\" springs have no strain that a modulus could apply to; give material.spring_constant instead of stretch";
+            return springs(cause);
+        }
+        _ => {}
+    }
+    let (bends, hinged) = (has(SpringKind::Bend), cloth.bending != BendingName::None);
+    match cloth.shape {
+        Shape::Obj(_) if bends => springs(
+            "a mesh has no second neighbours for \"bend\" springs; it bends by hinges: bending = \"edge-spring\" or \"discrete-shell\"",
+        ),
+        Shape::Block(_) if bends => {
+            springs("a block needs no \"bend\" springs; its diagonals resist bending")
+        }
+        Shape::Block(_) | Shape::Chain(_) if hinged => {
+            let cause = "this shape has no inner triangles for hinges; use \"none\"";
+            Err(Fault::new(format!("{at}.bending"), cause))
+        }
+        _ => Ok(()),
+    }
 }
 
 fn check_shape(at: &str, shape: &Shape) -> Result<(), Fault> {
@@ -123,10 +189,7 @@ fn check_shape(at: &str, shape: &Shape) -> Result<(), Fault> {
             for side in size {
                 positive(&format!("{at}.shape.sheet.size"), *side)?;
             }
-            count(
-                &format!("{at}.shape.sheet.cells"),
-                u64::from(cells[0]) * u64::from(cells[1]),
-            )?;
+            count(&format!("{at}.shape.sheet.cells"), cells)?;
             if let Some(opening) = opening {
                 finite(&format!("{at}.shape.sheet.opening.center"), &opening.center)?;
                 positive(&format!("{at}.shape.sheet.opening.radius"), opening.radius)?;
@@ -135,8 +198,15 @@ fn check_shape(at: &str, shape: &Shape) -> Result<(), Fault> {
         }
         Shape::Chain(ChainShape { length, links }) => {
             positive(&format!("{at}.shape.chain.length"), *length)?;
-            count(&format!("{at}.shape.chain.links"), u64::from(*links))
+            count(&format!("{at}.shape.chain.links"), &[*links])
         }
+        Shape::Block(BlockShape { size, cells }) => {
+            for side in size {
+                positive(&format!("{at}.shape.block.size"), *side)?;
+            }
+            count(&format!("{at}.shape.block.cells"), cells)
+        }
+        Shape::Obj(ObjShape { scale, .. }) => positive(&format!("{at}.shape.obj.scale"), *scale),
     }
 }
 
@@ -182,7 +252,10 @@ fn finite(path: &str, values: &[f64]) -> Result<(), Fault> {
 /// Twenty million cells take 10 GB; more is a slip of the pen.
 const MOST_CELLS: u64 = 20_000_000;
 
-fn count(path: &str, cells: u64) -> Result<(), Fault> {
+fn count(path: &str, cells: &[u32]) -> Result<(), Fault> {
+    let cells = cells
+        .iter()
+        .fold(1_u64, |product, &n| product.saturating_mul(u64::from(n)));
     if cells == 0 {
         return Err(Fault::new(path, "must be at least 1"));
     }

@@ -69,7 +69,7 @@ impl Simulation {
             before: state.clone(),
             scheme: integrator.scheme(&model),
             contacts: Contacts::none(particles),
-            detection: Detection::new(&model.obstacles, particles),
+            detection: Detection::new(&model.obstacles, model.cloth_particles()),
             sensible_strain: divergence::sensible_strain(&model, &state),
             ledger: Ledger::open(&model, &state),
             stats: Stats::default(),
@@ -211,7 +211,8 @@ impl Simulation {
         } = self;
         if !model.obstacles.is_empty() {
             stats.times.time(Stage::DetectContacts, || {
-                detection.find(&model.obstacles, &state.positions, contacts);
+                let cloth = &state.positions[..model.cloth_particles()];
+                detection.find(&model.obstacles, cloth, contacts);
             });
         }
     }

@@ -1,6 +1,6 @@
 //! How long a step may be for an explicit scheme, from the model as it stands.
 
-use crate::force::Stiffness;
+use crate::force::{Jacobian, Stiffness};
 use crate::linear::{Assembly, PairMatrix};
 use crate::model::Model;
 use crate::state::State;
@@ -58,17 +58,16 @@ pub fn stable_step(model: &Model, state: &State) -> StableStep {
 /// Largest eigenvalue of M⁻¹K (1/s²) by power iteration on M^-½ K M^-½.
 fn largest_eigenvalue(model: &Model, state: &State) -> f64 {
     let particles = model.particles();
-    let pairs: Vec<_> = model.stiffnesses().map(Stiffness::pairs).collect();
-    let mut matrix = PairMatrix::with_pattern(particles, pairs.iter().flatten().copied());
-    for (law, pairs) in model.stiffnesses().zip(&pairs) {
-        let slots: Vec<u32> = pairs.iter().filter_map(|&pair| matrix.slot(pair)).collect();
+    let patterns: Vec<_> = model.stiffnesses().map(Stiffness::pattern).collect();
+    let mut matrix = PairMatrix::with_patterns(particles, patterns.iter());
+    for (law, pattern) in model.stiffnesses().zip(&patterns) {
+        let slots = &matrix.slots(pattern);
+        let matrix = &mut matrix;
         law.add_jacobian(
             state,
             1.0,
-            &mut Assembly {
-                matrix: &mut matrix,
-                slots: &slots,
-            },
+            Jacobian::Definite,
+            &mut Assembly { matrix, slots },
         );
     }
     let root: Vec<f64> = model.inverse_masses.iter().map(|w| w.sqrt()).collect();

@@ -1,8 +1,11 @@
 //! What several topics need.
 
+use glam::DVec3;
 use muslin::integrator::Integrator;
 use muslin::scene::{self, LoadedScene};
 use muslin::simulation::Simulation;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU32, Ordering};
 
 /// A tight implicit Euler: its linear solves are far more exact than its steps.
 pub(crate) const IMPLICIT: Integrator = Integrator::ImplicitEuler {
@@ -13,6 +16,73 @@ pub(crate) const IMPLICIT: Integrator = Integrator::ImplicitEuler {
 pub(crate) fn load(name: &str, changes: &[&str]) -> LoadedScene {
     let changes: Vec<String> = changes.iter().map(|change| (*change).to_owned()).collect();
     scene::load(name, &changes).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// An empty folder for a test's files; every call needs a name of its own.
+pub(crate) fn folder(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    if folder.exists() {
+        std::fs::remove_dir_all(&folder).expect("an old test folder can be removed");
+    }
+    std::fs::create_dir_all(&folder).expect("a test folder can be made");
+    folder
+}
+
+/// A folder for one use: its name is never given twice.
+pub(crate) fn fresh_folder(name: &str) -> PathBuf {
+    static USES: AtomicU32 = AtomicU32::new(0);
+    folder(&format!("{name}-{}", USES.fetch_add(1, Ordering::Relaxed)))
+}
+
+/// A scene of its own, by its TOML; the paths in it are absolute.
+pub(crate) fn written(name: &str, text: &str) -> LoadedScene {
+    let path = fresh_folder(name).join("scene.toml");
+    std::fs::write(&path, text).unwrap();
+    load(&path.display().to_string(), &[])
+}
+
+/// OBJ text of a rectangle of `cells` triangulated cells, `at` giving the place of (u, v) (m).
+///
+/// Each cell is cut along the diagonal that leaves the larger smallest angle (Delaunay's choice).
+pub(crate) fn strip(
+    size: [f64; 2],
+    [columns, rows]: [u32; 2],
+    mut at: impl FnMut(f64, f64) -> DVec3,
+) -> String {
+    let mut points = Vec::new();
+    for j in 0..=rows {
+        for i in 0..=columns {
+            let (u, v) = (
+                f64::from(i) / f64::from(columns),
+                f64::from(j) / f64::from(rows),
+            );
+            points.push(at(size[0] * u, size[1] * v));
+        }
+    }
+    let mut text: String = points
+        .iter()
+        .map(|p| format!("v {} {} {}\n", p.x, p.y, p.z))
+        .collect();
+    let angle = |[a, b, c]: [u32; 3]| {
+        let [a, b, c] = [a, b, c].map(|i| points[i as usize]);
+        (a - b).angle_between(c - b)
+    };
+    for j in 0..rows {
+        for i in 0..columns {
+            let a = j * (columns + 1) + i;
+            let [b, c, d] = [a + 1, a + columns + 2, a + columns + 1];
+            // The angles opposite the diagonal a–c sum to at most π.
+            let triangles = if angle([a, b, c]) + angle([a, d, c]) <= std::f64::consts::PI {
+                [[a, c, b], [a, d, c]]
+            } else {
+                [[a, d, b], [b, d, c]]
+            };
+            for [p, q, r] in triangles {
+                text += &format!("f {} {} {}\n", p + 1, q + 1, r + 1);
+            }
+        }
+    }
+    text
 }
 
 /// A simulation of a scene with changes.
@@ -49,7 +119,7 @@ impl Numbers {
         (self.0 >> 33) as f64 / f64::from(1_u32 << 30) - 1.0
     }
 
-    pub(crate) fn vector(&mut self) -> glam::DVec3 {
-        glam::DVec3::new(self.next(), self.next(), self.next())
+    pub(crate) fn vector(&mut self) -> DVec3 {
+        DVec3::new(self.next(), self.next(), self.next())
     }
 }

@@ -1,0 +1,221 @@
+//! The dihedral angle of a hinge and its derivatives.
+//!
+//! A hinge is two triangles on one edge: its corners are [a, b, c, d], the first triangle a → b → c,
+//! the second b → a → d. With e = b − a, N₁ = e × (c − a), N₂ = (d − a) × e:
+//!
+//! θ = atan2((N₁ × N₂) · ê, N₁ · N₂),
+//!
+//! 0 when flat, positive where the hinge is convex seen from the side to which the normals point.
+//!
+//! Source: the gradient is that of Bridson, Marino and Fedkiw 2003 and of Grinspun et al. 2003. The
+//! second derivative is written here as a sum over the two triangles, see [`Wing`].
+
+use glam::{DMat2, DMat3, DVec2, DVec3};
+
+/// The dihedral angle θ (rad) and its gradient ∂θ/∂x (1/m) by corner.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Dihedral {
+    /// θ in −π … π.
+    pub angle: f64,
+    /// ∂θ/∂a, ∂θ/∂b, ∂θ/∂c, ∂θ/∂d.
+    pub gradient: [DVec3; 4],
+}
+
+/// (Altitude/edge)² below which a triangle counts as collapsed: its normal is rounding, so the angle
+/// is taken as 0 and has no derivatives.
+const COLLAPSED: f64 = 1e-16;
+
+impl Dihedral {
+    /// The angle and its gradient at a hinge's corners (m); all zero where a triangle has collapsed.
+    #[inline]
+    pub fn of([a, b, c, d]: [DVec3; 4]) -> Self {
+        let (e, p, q) = (b - a, c - a, d - a);
+        let (n1, n2) = (e.cross(p), q.cross(e));
+        let (edge, area1, area2) = (e.length_squared(), n1.length_squared(), n2.length_squared());
+        if area1.min(area2) <= COLLAPSED * edge * edge {
+            return Self::default();
+        }
+        let length = edge.sqrt();
+        let (at_c, at_d) = (n1 * (-length / area1), n2 * (-length / area2));
+        let (foot1, foot2) = (p.dot(e) / edge, q.dot(e) / edge);
+        Self {
+            // (N₁ × N₂) · ê = −|e| (d − a) · N₁.
+            angle: (-length * q.dot(n1)).atan2(n1.dot(n2)),
+            gradient: [
+                at_c * (foot1 - 1.0) + at_d * (foot2 - 1.0),
+                -(at_c * foot1 + at_d * foot2),
+                at_c,
+                at_d,
+            ],
+        }
+    }
+}
+
+/// One of a hinge's triangles: what it adds to the second derivative of θ.
+///
+/// Let w = δtip − (1 − s) δstart − s δend be the motion of the tip against the foot of its altitude,
+/// ε = δend − δstart that of the edge, n the normal, m the direction of the altitude h. The triangle
+/// turns θ by −α and twists by β; the rest happens in its plane:
+///
+/// α = n·w/h,  β = n·ε/|e|,  A = m·w/h,  D = ê·w/h + ½ m·ε/|e|,
+/// ∂²θ = Σ (α ⊗ A + A ⊗ α + β ⊗ D + D ⊗ β) over both triangles
+///
+/// (the triangles' antisymmetric parts cancel). α, β act across the plane and A, D in it, so that
+/// the positive part of a triangle's sum has a closed form, see [`Wing::positive_part`].
+#[derive(Clone, Copy, Debug)]
+struct Wing {
+    /// α and β, by start, end, tip.
+    across: [[DVec3; 3]; 2],
+    /// A and D.
+    within: [[DVec3; 3]; 2],
+    /// (1 + s² + (1 − s)²)/h², ½ (1 − 2s)/(h |e|) and ½/|e|²: the forms' scalar products.
+    products: [f64; 3],
+}
+
+impl Wing {
+    /// The triangle start → end → tip; `None` when it has collapsed.
+    fn of(start: DVec3, end: DVec3, tip: DVec3) -> Option<Self> {
+        let (e, p) = (end - start, tip - start);
+        let (edge, area) = (e.length_squared(), e.cross(p).length_squared());
+        if area <= COLLAPSED * edge * edge {
+            return None;
+        }
+        let length = edge.sqrt();
+        let (foot, altitude) = (p.dot(e) / edge, area.sqrt() / length);
+        let direction = e / length;
+        let normal = e.cross(p) / area.sqrt();
+        let upwards = normal.cross(direction);
+        let at_tip = |v: DVec3| [v * (foot - 1.0), v * -foot, v];
+        let [start, end, tip] = at_tip(direction / altitude);
+        let half_twist = upwards * (0.5 / length);
+        let weights = 1.0 + foot * foot + (1.0 - foot) * (1.0 - foot);
+        Some(Self {
+            across: [
+                at_tip(normal / altitude),
+                [-normal / length, normal / length, DVec3::ZERO],
+            ],
+            within: [
+                at_tip(upwards / altitude),
+                [start - half_twist, end + half_twist, tip],
+            ],
+            products: [
+                weights / (altitude * altitude),
+                0.5 * (1.0 - 2.0 * foot) / (altitude * length),
+                0.5 / edge,
+            ],
+        })
+    }
+
+    /// Two forms z with ½ |σ| Σ z ⊗ z the positive part of this triangle's σ ∂²θ, σ = ±1.
+    ///
+    /// With U = [α β], V = [A D] and their products P = UᵀU, Q = VᵀV: U and V are orthogonal, so
+    /// |U Vᵀ + V Uᵀ| = U X Uᵀ + V X⁻¹ Vᵀ with X P X = Q, the geometric mean of P⁻¹ and Q, and the
+    /// positive part is ½ W X Wᵀ with W = U + σ V X⁻¹. X = Z Zᵀ (Cholesky) gives z = W Z.
+    fn positive_part(&self, sign: f64) -> [[DVec3; 3]; 2] {
+        let [size, mixed, short] = self.products;
+        // α·α = A·A = size, α·β = 2 mixed, A·D = mixed, β·β = 4 short, D·D = size + short.
+        let p = DMat2::from_cols(
+            DVec2::new(size, 2.0 * mixed),
+            DVec2::new(2.0 * mixed, 4.0 * short),
+        );
+        let q = DMat2::from_cols(DVec2::new(size, mixed), DVec2::new(mixed, size + short));
+        let x = geometric_mean(p.inverse(), q);
+        let inverse = x.inverse() * sign;
+        let z11 = x.x_axis.x.sqrt();
+        let z21 = x.x_axis.y / z11;
+        let z22 = (x.y_axis.y - z21 * z21).max(0.0).sqrt();
+        let [alpha, beta] = self.across;
+        let [a, d] = self.within;
+        let mut forms = [[DVec3::ZERO; 3]; 2];
+        for i in 0..3 {
+            let w1 = alpha[i] + a[i] * inverse.x_axis.x + d[i] * inverse.x_axis.y;
+            let w2 = beta[i] + a[i] * inverse.y_axis.x + d[i] * inverse.y_axis.y;
+            forms[0][i] = w1 * z11 + w2 * z21;
+            forms[1][i] = w2 * z22;
+        }
+        forms
+    }
+}
+
+/// A # B, the symmetric positive definite X with X A⁻¹ X = B, of two such 2 × 2 matrices:
+/// √(αβ) (A/α + B/β)/√det(A/α + B/β) with α = √det A, β = √det B.
+fn geometric_mean(a: DMat2, b: DMat2) -> DMat2 {
+    let (alpha, beta) = (a.determinant().sqrt(), b.determinant().sqrt());
+    let sum = a * (1.0 / alpha) + b * (1.0 / beta);
+    sum * (alpha * beta / sum.determinant()).sqrt()
+}
+
+/// The pairs of a hinge's corners in the order of a [`Hessian`]'s blocks.
+pub(super) const PAIRS: [[usize; 2]; 6] = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]];
+
+/// Corners of the two wings: start, end, tip.
+const WINGS: [[usize; 3]; 2] = [[0, 1, 2], [1, 0, 3]];
+
+/// A hinge's second derivatives between different corners; those on the diagonal are minus the sums
+/// of their rows.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Hessian(pub(super) [DMat3; 6]);
+
+impl Hessian {
+    /// `slope` ∇θ ⊗ ∇θ + `moment` ∂²θ: the second derivative of an energy with E″ and E′.
+    pub(super) fn exact(corners: [DVec3; 4], slope: f64, moment: f64) -> Self {
+        let mut sum = Self::gauss_newton(corners, slope);
+        for (places, wing) in wings(corners) {
+            for k in 0..2 {
+                let (u, v) = (
+                    spread(places, wing.across[k]),
+                    spread(places, wing.within[k]),
+                );
+                sum.add_outer(&u, &v, moment);
+                sum.add_outer(&v, &u, moment);
+            }
+        }
+        sum
+    }
+
+    /// A positive semi-definite one that is not below the exact: `slope` must not be negative, and
+    /// of each triangle's share of `moment` ∂²θ the positive part is taken.
+    pub(super) fn definite(corners: [DVec3; 4], slope: f64, moment: f64) -> Self {
+        let mut sum = Self::gauss_newton(corners, slope);
+        if moment != 0.0 {
+            for (places, wing) in wings(corners) {
+                for form in wing.positive_part(moment.signum()) {
+                    let form = spread(places, form);
+                    sum.add_outer(&form, &form, 0.5 * moment.abs());
+                }
+            }
+        }
+        sum
+    }
+
+    fn gauss_newton(corners: [DVec3; 4], slope: f64) -> Self {
+        let gradient = Dihedral::of(corners).gradient;
+        let mut sum = Self([DMat3::ZERO; 6]);
+        sum.add_outer(&gradient, &gradient, slope);
+        sum
+    }
+
+    /// Adds `factor` uᵢ ⊗ vⱼ.
+    fn add_outer(&mut self, u: &[DVec3; 4], v: &[DVec3; 4], factor: f64) {
+        for (block, [i, j]) in self.0.iter_mut().zip(PAIRS) {
+            let u = u[i] * factor;
+            *block += DMat3::from_cols(u * v[j].x, u * v[j].y, u * v[j].z);
+        }
+    }
+}
+
+/// The wings that haven't collapsed; none when either has, where θ has no derivatives.
+fn wings(corners: [DVec3; 4]) -> impl Iterator<Item = ([usize; 3], Wing)> {
+    let [first, second] =
+        WINGS.map(|[start, end, tip]| Wing::of(corners[start], corners[end], corners[tip]));
+    let both = first.zip(second).map(|(first, second)| [first, second]);
+    WINGS.into_iter().zip(both.into_iter().flatten())
+}
+
+fn spread(places: [usize; 3], form: [DVec3; 3]) -> [DVec3; 4] {
+    let mut corners = [DVec3::ZERO; 4];
+    for (place, v) in places.into_iter().zip(form) {
+        corners[place] = v;
+    }
+    corners
+}

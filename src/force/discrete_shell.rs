@@ -1,0 +1,34 @@
+//! Discrete shells: bending by the dihedral angle itself.
+
+use super::BendingLaw;
+use std::f64::consts::{PI, TAU};
+
+/// The bending energy of Grinspun, Hirani, Desbrun and Schröder 2003: E = ½ k (θ − θ₀)² (J).
+///
+/// θ − θ₀ is taken the short way round, within ±π.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct DiscreteShell;
+
+impl BendingLaw for DiscreteShell {
+    const NAME: &'static str = "discrete_shell";
+
+    fn energy(angle: f64, rest: f64) -> f64 {
+        0.5 * Self::moment(angle, rest).powi(2)
+    }
+
+    #[inline]
+    fn moment(angle: f64, rest: f64) -> f64 {
+        let turn = angle - rest;
+        if turn > PI {
+            turn - TAU
+        } else if turn < -PI {
+            turn + TAU
+        } else {
+            turn
+        }
+    }
+
+    fn slope(_: f64, _: f64) -> f64 {
+        1.0
+    }
+}
