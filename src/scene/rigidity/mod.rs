@@ -10,12 +10,13 @@
 //! −0.4; only terms that couple neighbouring hinges could change that. The factor serves the geometric
 //! mean of the two, so that strips are a few percent too limp and sheets as much too stiff.
 
+mod net;
 mod patch;
 mod plate;
 mod spread;
 
 use glam::DVec3;
-use patch::{Net, Reach};
+use net::{Net, Reach};
 use plate::Plate;
 use spread::Spread;
 
