@@ -3,7 +3,7 @@
 use super::fault::Fault;
 use super::place::place;
 use super::rigidity::Rigidity;
-use super::schema::{self, BendingName, SpringKind};
+use super::schema::{self, BendingName, Shape, SpringKind};
 use super::select::select;
 use super::spring_constant::spring_constant;
 use crate::collision::Obstacle;
@@ -178,7 +178,9 @@ impl Parts {
             BendingName::DiscreteShell => &mut self.discrete_shells,
         };
         let hinges = mesh::hinges(&lattice.mesh.triangles);
-        let rigidity = Rigidity::of(rest, &hinges);
+        // A mesh's coordinates say nothing of warp and weft, a sheet's do.
+        let axes = matches!(cloth.shape, Shape::Sheet(_)).then_some([DVec3::X, DVec3::Z]);
+        let rigidity = Rigidity::of(rest, &hinges, axes);
         let bend = cloth.material.bend.unwrap_or(0.0);
         let clamps = clamp_edges(lattice, clamped, &self.pinned[first..])?;
         let time = cloth.damping.stiffness;
