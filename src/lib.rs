@@ -6,17 +6,18 @@
 //! Data flows one way through the rooms, and a room names only those before it:
 //!
 //! ```text
-//! mesh → linear → state → force → strain_limit → collision → model → scene → integrator → energy → simulation → frame → recorder → pipeline → export → cli
+//! mesh → linear → state → force → strain_limit → collision → model → scene → integrator → energy → simulation → frame → recorder → pipeline → export → lab → cli
 //! ```
 //!
 //! - [`mesh`]: triangle meshes, the shapes of cloth, distances to bodies; no physics.
-//! - [`linear`]: the matrix of the implicit schemes and its solver.
+//! - [`linear`]: the matrix of the implicit schemes and its solvers.
 //! - [`state`]: what moves. [`model`]: what doesn't.
 //! - [`force`], [`strain_limit`], [`collision`]: the laws.
 //! - [`scene`]: from TOML to a model and a first state.
 //! - [`integrator`]: the schemes. [`energy`]: the ledger. [`simulation`]: one step as named stages.
 //! - [`frame`]: owned snapshots. [`recorder`]: where they go. [`pipeline`]: the two threads.
-//! - [`export`]: states read back. [`cli`]: the program.
+//! - [`export`]: states read back. [`lab`]: what simulations are compared with, and pictures of it.
+//! - [`cli`]: the program.
 //!
 //! # A tour
 //!
@@ -79,6 +80,7 @@ pub mod export;
 pub mod force;
 pub mod frame;
 pub mod integrator;
+pub mod lab;
 pub mod linear;
 pub mod mesh;
 pub mod model;

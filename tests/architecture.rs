@@ -20,6 +20,7 @@ const ROOMS: &[&str] = &[
     "recorder",
     "pipeline",
     "export",
+    "lab",
     "cli",
     "main",
 ];
@@ -37,6 +38,10 @@ const OWNERS: &[(&str, &[&str])] = &[
     ("ctrlc", &["cli"]),
     ("serde_json", &["cli"]),
     ("toml", &["scene"]),
+    ("faer", &["linear/cholesky"]),
+    ("plotters", &["lab/picture"]),
+    ("png", &["lab/picture"]),
+    ("dejavu", &["lab/picture"]),
 ];
 
 /// A source file: its path below `src` without the ending, and its code without comments.

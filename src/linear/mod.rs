@@ -1,14 +1,16 @@
-//! Linear algebra of the implicit schemes: the matrix of pairwise forces and
-//! preconditioned conjugate gradients.
+//! Linear algebra of the implicit schemes: the matrix of pairwise forces, preconditioned conjugate
+//! gradients, and a sparse Cholesky factorisation.
 //!
 //! Loops run over fixed chunks of rows, and sums are taken over the chunks in order, so that the
 //! result has the same bits for any number of threads.
 
+mod cholesky;
 mod conjugate_gradient;
 mod pair_matrix;
 mod pairs;
 mod team;
 
+pub use cholesky::{Cholesky, NotPositiveDefinite};
 pub use conjugate_gradient::{ConjugateGradient, Limits, Solve, System};
 pub use pair_matrix::{Assembly, LineBlock, PairMatrix, Pattern, Slot};
 
