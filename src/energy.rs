@@ -30,12 +30,23 @@ impl Energies {
         energies
     }
 
+    /// The size of what is summed up in the total, which rounds at this (J).
+    pub fn scale(&self) -> f64 {
+        let elastic = self.elastic.iter().map(|(_, energy)| energy.abs());
+        self.kinetic + self.gravitational.abs() + elastic.sum::<f64>()
+    }
+
     /// Their sum (J).
     pub fn total(&self) -> f64 {
         self.kinetic
             + self.gravitational
             + self.elastic.iter().map(|(_, energy)| energy).sum::<f64>()
     }
+}
+
+/// Gravitational and elastic energy together (J).
+pub fn potential(model: &Model, state: &State) -> f64 {
+    model.forces().map(|force| force.energy(state)).sum()
 }
 
 /// ½ Σ m v² (J).

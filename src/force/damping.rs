@@ -208,7 +208,7 @@ mod tests {
     fn jacobian_is_the_derivative_by_velocity() {
         let (damping, state) = pair();
         let pattern = damping.pattern();
-        let mut matrix = crate::linear::PairMatrix::with_patterns(2, [&pattern].into_iter());
+        let mut matrix = crate::linear::PairMatrix::with_patterns(2, &[pattern.clone()]);
         let slots = matrix.slots(&pattern);
         damping.add_jacobian(
             &state,

@@ -108,7 +108,7 @@ impl Wing {
 
     /// Two forms z with ½ |σ| Σ z ⊗ z the positive part of this triangle's σ ∂²θ, σ = ±1.
     ///
-    /// With U = [α β], V = [A D] and their products P = UᵀU, Q = VᵀV: U and V are orthogonal, so
+    /// With U = (α β), V = (A D), P = Uᵀ U and Q = Vᵀ V: U and V are orthogonal, so that
     /// |U Vᵀ + V Uᵀ| = U X Uᵀ + V X⁻¹ Vᵀ with X P X = Q, the geometric mean of P⁻¹ and Q, and the
     /// positive part is ½ W X Wᵀ with W = U + σ V X⁻¹. X = Z Zᵀ (Cholesky) gives z = W Z.
     fn positive_part(&self, sign: f64) -> [[DVec3; 3]; 2] {

@@ -160,7 +160,7 @@ mod tests {
     }
 
     fn matrix_of(pattern: &Pattern, fill: impl FnOnce(&mut Assembly<'_>)) -> PairMatrix {
-        let mut matrix = PairMatrix::with_patterns(4, [pattern].into_iter());
+        let mut matrix = PairMatrix::with_patterns(4, &[pattern.clone()]);
         let slots = &matrix.slots(pattern);
         fill(&mut Assembly {
             matrix: &mut matrix,

@@ -43,7 +43,7 @@ impl ImplicitEuler {
         let particles = model.particles();
         let mut patterns: Vec<Pattern> = model.stiffnesses().map(Stiffness::pattern).collect();
         patterns.extend(model.dampings().map(Damping::pattern));
-        let matrix = PairMatrix::with_patterns(particles, patterns.iter());
+        let matrix = PairMatrix::with_patterns(particles, &patterns);
         let slots = patterns.iter().map(|pattern| matrix.slots(pattern));
         Self {
             linear_tolerance,

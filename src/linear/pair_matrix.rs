@@ -114,12 +114,9 @@ impl Block for DMat3 {
 impl PairMatrix {
     /// An empty matrix of `rows` rows with room for the blocks of `patterns`, pairs in any order,
     /// repeated or not.
-    pub fn with_patterns<'a>(
-        rows: usize,
-        patterns: impl Iterator<Item = &'a Pattern> + Clone,
-    ) -> Self {
+    pub fn with_patterns(rows: usize, patterns: &[Pattern]) -> Self {
         let sorted = |wanted: fn(&Pattern) -> bool| {
-            let pairs = patterns.clone().filter(|p| wanted(p));
+            let pairs = patterns.iter().filter(|p| wanted(p));
             let mut pairs: Vec<[u32; 2]> = pairs
                 .flat_map(Pattern::pairs)
                 .map(|&[i, j]| [i.min(j), i.max(j)])
@@ -256,46 +253,48 @@ mod tests {
     use super::*;
     use std::collections::BTreeMap;
 
-    /// The product and the diagonal against dense ones, on bands of both kinds that cross several
-    /// chunks and share some pairs, given in either order.
-    #[test]
-    fn products_agree_with_the_dense_matrix() {
-        let rows = 2 * CHUNK + 300;
-        let count = u32::try_from(rows).unwrap();
-        let band = |steps: [u32; 3]| -> Vec<[u32; 2]> {
-            (0..count)
-                .flat_map(|i| steps.into_iter().map(move |step| [i + step, i]))
-                .filter(|pair| (pair[0] as usize) < rows)
-                .map(|[j, i]| if (i / 3) % 2 == 0 { [j, i] } else { [i, j] })
-                .collect()
-        };
+    const ROWS: usize = 2 * CHUNK + 300;
+
+    type Dense = Vec<BTreeMap<usize, DMat3>>;
+
+    /// Pairs at some distances, in either order, some of which cross chunks.
+    fn band(steps: [u32; 3]) -> Vec<[u32; 2]> {
+        let count = u32::try_from(ROWS).unwrap();
+        (0..count)
+            .flat_map(|i| steps.into_iter().map(move |step| [i + step, i]))
+            .filter(|pair| (pair[0] as usize) < ROWS)
+            .map(|[j, i]| if (i / 3) % 2 == 0 { [j, i] } else { [i, j] })
+            .collect()
+    }
+
+    fn add_dense(dense: &mut Dense, [i, j]: [u32; 2], block: DMat3) {
+        let flipped = block.transpose();
+        for (row, column, block) in [
+            (i, i, block),
+            (j, j, flipped),
+            (i, j, -block),
+            (j, i, -flipped),
+        ] {
+            *dense[row as usize]
+                .entry(column as usize)
+                .or_insert(DMat3::ZERO) += block;
+        }
+    }
+
+    /// A matrix of lines and whole blocks, which share some pairs, and the same as a dense one.
+    fn filled() -> (PairMatrix, Dense) {
         let (line_pairs, whole_pairs) = (band([1, 2, 700]), band([1, 3, 900]));
         let patterns = [
             Pattern::Lines(line_pairs.clone()),
             Pattern::Whole(whole_pairs.clone()),
         ];
-        let mut matrix = PairMatrix::with_patterns(rows, patterns.iter());
-        let masses: Vec<f64> = (0..count).map(|i| 1.0 + f64::from(i).sin().abs()).collect();
+        let mut matrix = PairMatrix::with_patterns(ROWS, &patterns);
+        let masses: Vec<f64> = (0..ROWS).map(|i| 1.0 + (i as f64).sin().abs()).collect();
         matrix.clear(&masses);
-        let mut dense: Vec<BTreeMap<usize, DMat3>> = masses
-            .iter()
-            .enumerate()
-            .map(|(i, &m)| BTreeMap::from([(i, DMat3::from_diagonal(DVec3::splat(m)))]))
-            .collect();
-        let mut expect = |[i, j]: [u32; 2], block: DMat3| {
-            let flipped = block.transpose();
-            for (row, column, block) in [
-                (i, i, block),
-                (j, j, flipped),
-                (i, j, -block),
-                (j, i, -flipped),
-            ] {
-                *dense[row as usize]
-                    .entry(column as usize)
-                    .or_insert(DMat3::ZERO) += block;
-            }
-        };
-        let slots = matrix.slots(&patterns[0]);
+        let diagonal =
+            |(i, &m): (usize, &f64)| BTreeMap::from([(i, DMat3::from_diagonal(DVec3::splat(m)))]);
+        let mut dense: Dense = masses.iter().enumerate().map(diagonal).collect();
+        let [lines, wholes] = patterns.map(|pattern| matrix.slots(&pattern));
         for (element, &[i, j]) in line_pairs.iter().enumerate() {
             let t = f64::from(i.min(j)) * 0.7 + f64::from(i.max(j));
             let block = LineBlock {
@@ -303,11 +302,10 @@ mod tests {
                 e: t.cos(),
                 d: DVec3::new(1.0, t.sin(), -0.3),
             };
-            let (matrix, slots) = (&mut matrix, &slots[..]);
+            let (matrix, slots) = (&mut matrix, &lines[..]);
             Assembly { matrix, slots }.add(element, block);
-            expect([i, j], block.to_matrix());
+            add_dense(&mut dense, [i, j], block.to_matrix());
         }
-        let slots = matrix.slots(&patterns[1]);
         for (element, &[i, j]) in whole_pairs.iter().enumerate() {
             let t = f64::from(i) * 0.3 + f64::from(j);
             let block = DMat3::from_cols(
@@ -315,23 +313,34 @@ mod tests {
                 DVec3::new(0.1, t.cos(), 0.7),
                 DVec3::new(0.4, -0.6, 1.0),
             );
-            let (matrix, slots) = (&mut matrix, &slots[..]);
+            let (matrix, slots) = (&mut matrix, &wholes[..]);
             Assembly { matrix, slots }.add_whole(element, block);
-            expect([i, j], block);
+            add_dense(&mut dense, [i, j], block);
         }
-        let x: Vec<DVec3> = (0..count)
-            .map(|i| DVec3::new(f64::from(i).sin(), 0.5, f64::from(i).cos()))
+        (matrix, dense)
+    }
+
+    #[test]
+    fn products_agree_with_the_dense_matrix() {
+        let (matrix, dense) = filled();
+        let x: Vec<DVec3> = (0..ROWS)
+            .map(|i| DVec3::new((i as f64).sin(), 0.5, (i as f64).cos()))
             .collect();
-        let (mut y, mut diagonal) = (vec![DVec3::ZERO; rows], vec![DMat3::ZERO; rows]);
+        let mut y = vec![DVec3::ZERO; ROWS];
         matrix.multiply(&x, &mut y);
-        matrix.diagonal(&mut diagonal);
         for (i, row) in dense.iter().enumerate() {
             let exact: DVec3 = row.iter().map(|(&j, block)| *block * x[j]).sum();
-            assert!(
-                (exact - y[i]).length() < 1e-10,
-                "row {i}: {exact} against {}",
-                y[i]
-            );
+            let error = (exact - y[i]).length();
+            assert!(error < 1e-10, "row {i}: {exact} against {}", y[i]);
+        }
+    }
+
+    #[test]
+    fn blocks_agree_with_the_dense_matrix() {
+        let (matrix, dense) = filled();
+        let mut diagonal = vec![DMat3::ZERO; ROWS];
+        matrix.diagonal(&mut diagonal);
+        for (i, row) in dense.iter().enumerate() {
             assert!(
                 row[&i].abs_diff_eq(diagonal[i], 1e-12),
                 "diagonal block {i}"

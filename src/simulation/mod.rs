@@ -1,10 +1,12 @@
 //! One step as named stages, and what is measured on the way.
 
 mod divergence;
+mod equilibrium;
 mod stability;
 mod stats;
 
 pub use divergence::Diverged;
+pub use equilibrium::{Rest, settle};
 pub use stability::{StableStep, stable_step};
 pub use stats::{Stage, StageTimes, Stats};
 

@@ -59,7 +59,7 @@ pub fn stable_step(model: &Model, state: &State) -> StableStep {
 fn largest_eigenvalue(model: &Model, state: &State) -> f64 {
     let particles = model.particles();
     let patterns: Vec<_> = model.stiffnesses().map(Stiffness::pattern).collect();
-    let mut matrix = PairMatrix::with_patterns(particles, patterns.iter());
+    let mut matrix = PairMatrix::with_patterns(particles, &patterns);
     for (law, pattern) in model.stiffnesses().zip(&patterns) {
         let slots = &matrix.slots(pattern);
         let matrix = &mut matrix;
