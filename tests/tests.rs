@@ -8,8 +8,11 @@
 )]
 
 mod architecture;
+mod bending;
 mod laws;
 mod program;
 mod runs;
+mod springs;
+mod structures;
 mod support;
 mod truths;
