@@ -8,8 +8,8 @@ use super::select::select;
 use super::spring_constant::spring_constant;
 use crate::collision::Obstacle;
 use crate::force::{
-    BendingLaw, Gravity, Hinge, HingeBatch, HingeDamping, MassDamping, Spring, SpringBatch,
-    SpringDamping,
+    BendingLaw, Dihedral, Gravity, Hinge, HingeBatch, HingeDamping, MassDamping, Spring,
+    SpringBatch, SpringDamping,
 };
 use crate::mesh::{self, Lattice, Segment};
 use crate::model::{Cloth, Model};
@@ -196,7 +196,7 @@ impl Parts {
             let at_rest = corners.map(|corner| rest[corner as usize]);
             bends.hinges.push(Hinge {
                 corners: corners.map(|corner| corner + offset),
-                rest_angle: crate::force::Dihedral::of(at_rest).angle,
+                rest_angle: Dihedral::of(at_rest).fold.angle(),
                 stiffness: rigidity.stiffness(at_rest, bend),
             });
             bends.times.push(time);
