@@ -164,7 +164,7 @@ mod tests {
     }
 
     fn matrix_of(pattern: &Pattern, fill: impl FnOnce(&mut Assembly<'_>)) -> PairMatrix {
-        let mut matrix = PairMatrix::with_patterns(4, &[pattern.clone()]);
+        let mut matrix = PairMatrix::with_patterns(4, std::slice::from_ref(pattern));
         let slots = &matrix.slots(pattern);
         fill(&mut Assembly {
             matrix: &mut matrix,
@@ -351,7 +351,7 @@ mod tests {
     #[test]
     fn half_sines_are_those_of_the_angle() {
         for angle in [
-            -3.14, -2.0, -1e-3, -1e-9, 0.0, 1e-12, 0.5, 1.57, 1.58, 3.1, PI,
+            -3.1, -2.0, -1e-3, -1e-9, 0.0, 1e-12, 0.5, 1.57, 1.58, 3.1, PI,
         ] {
             let fold = Fold::from(angle);
             assert!((fold.angle() - angle).abs() < 1e-15);
