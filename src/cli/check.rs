@@ -25,9 +25,9 @@ pub(super) fn run(args: &SceneArgs) -> Result<(), Failure> {
         "symplectic-euler: stable up to dt = {:.3e} s (fastest mode {:.3e} rad/s)",
         stable.dt, stable.omega
     );
-    if let Some((family, [i, j])) = stable.spring {
+    if let Some((family, [i, j])) = stable.element {
         println!(
-            "  set by the {family} spring between particles {i} and {j}, or the damping on it"
+            "  set by the {family} element between particles {i} and {j}, or the damping on it"
         );
     }
     println!("implicit-euler: stable at any dt; its error grows with dt");

@@ -115,6 +115,7 @@ struct Wing {
 
 impl Wing {
     /// The triangle start → end → tip; `None` when it has collapsed.
+    #[inline]
     fn of(start: DVec3, end: DVec3, tip: DVec3) -> Option<Self> {
         let (e, p) = (end - start, tip - start);
         let (edge, area) = (e.length_squared(), e.cross(p).length_squared());
@@ -152,6 +153,7 @@ impl Wing {
     /// With U = (α β), V = (A D), P = Uᵀ U and Q = Vᵀ V: U and V are orthogonal, so that
     /// |U Vᵀ + V Uᵀ| = U X Uᵀ + V X⁻¹ Vᵀ with X P X = Q, the geometric mean of P⁻¹ and Q, and the
     /// positive part is ½ W X Wᵀ with W = U + σ V X⁻¹. X = Z Zᵀ (Cholesky) gives z = W Z.
+    #[inline]
     fn positive_part(&self, sign: f64) -> [[DVec3; 3]; 2] {
         let [size, mixed, short] = self.products;
         // α·α = A·A = size, α·β = 2 mixed, A·D = mixed, β·β = 4 short, D·D = size + short.
@@ -189,8 +191,8 @@ fn geometric_mean(a: DMat2, b: DMat2) -> DMat2 {
 /// The pairs of a hinge's corners in the order of a [`Hessian`]'s blocks.
 pub(super) const PAIRS: [[usize; 2]; 6] = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]];
 
-/// Corners of the two wings: start, end, tip.
-const WINGS: [[usize; 3]; 2] = [[0, 1, 2], [1, 0, 3]];
+/// Corners of the two wings, start, end, tip; and the blocks of start–end, start–tip and end–tip.
+const WINGS: [([usize; 3], [usize; 3]); 2] = [([0, 1, 2], [0, 1, 3]), ([1, 0, 3], [0, 4, 2])];
 
 /// A hinge's second derivatives between different corners; those on the diagonal are minus the sums
 /// of their rows.
@@ -198,65 +200,69 @@ const WINGS: [[usize; 3]; 2] = [[0, 1, 2], [1, 0, 3]];
 pub(super) struct Hessian(pub(super) [DMat3; 6]);
 
 impl Hessian {
-    /// `slope` ∇θ ⊗ ∇θ + `moment` ∂²θ: the second derivative of an energy with E″ and E′.
-    pub(super) fn exact(corners: [DVec3; 4], slope: f64, moment: f64) -> Self {
-        let mut sum = Self::gauss_newton(corners, slope);
-        for (places, wing) in wings(corners) {
+    /// `slope` ∇θ ⊗ ∇θ: all that damping has, and an energy at rest.
+    #[inline]
+    pub(super) fn gauss_newton(gradient: &[DVec3; 4], slope: f64) -> Self {
+        Self(PAIRS.map(|[i, j]| outer(gradient[i] * slope, gradient[j])))
+    }
+
+    /// Adds `moment` ∂²θ, so that the sum is the second derivative of an energy with E″ and E′.
+    pub(super) fn add_curvature(&mut self, corners: [DVec3; 4], moment: f64) {
+        let Some(wings) = wings(corners) else { return };
+        for (wing, (_, blocks)) in wings.iter().zip(WINGS) {
             for k in 0..2 {
-                let (u, v) = (
-                    spread(places, wing.across[k]),
-                    spread(places, wing.within[k]),
-                );
-                sum.add_outer(&u, &v, moment);
-                sum.add_outer(&v, &u, moment);
+                let (u, v) = (&wing.across[k], &wing.within[k]);
+                self.add_outer(blocks, u, v, moment);
+                self.add_outer(blocks, v, u, moment);
             }
         }
-        sum
     }
 
-    /// A positive semi-definite one that is not below the exact: `slope` must not be negative, and
-    /// of each triangle's share of `moment` ∂²θ the positive part is taken.
-    pub(super) fn definite(corners: [DVec3; 4], slope: f64, moment: f64) -> Self {
-        let mut sum = Self::gauss_newton(corners, slope);
-        if moment != 0.0 {
-            for (places, wing) in wings(corners) {
-                for form in wing.positive_part(moment.signum()) {
-                    let form = spread(places, form);
-                    sum.add_outer(&form, &form, 0.5 * moment.abs());
-                }
+    /// Adds the positive part of each triangle's share of `moment` ∂²θ: the sum is then positive
+    /// semi-definite, and not below the second derivative.
+    pub(super) fn add_positive_curvature(&mut self, corners: [DVec3; 4], moment: f64) {
+        if moment == 0.0 {
+            return;
+        }
+        let Some(wings) = wings(corners) else { return };
+        for (wing, (_, blocks)) in wings.iter().zip(WINGS) {
+            for form in wing.positive_part(moment.signum()) {
+                self.add_outer(blocks, &form, &form, 0.5 * moment.abs());
             }
         }
-        sum
     }
 
-    fn gauss_newton(corners: [DVec3; 4], slope: f64) -> Self {
-        let gradient = Dihedral::of(corners).gradient;
-        let mut sum = Self([DMat3::ZERO; 6]);
-        sum.add_outer(&gradient, &gradient, slope);
-        sum
-    }
-
-    /// Adds `factor` uᵢ ⊗ vⱼ.
-    fn add_outer(&mut self, u: &[DVec3; 4], v: &[DVec3; 4], factor: f64) {
-        for (block, [i, j]) in self.0.iter_mut().zip(PAIRS) {
-            let u = u[i] * factor;
-            *block += DMat3::from_cols(u * v[j].x, u * v[j].y, u * v[j].z);
-        }
+    /// Adds `factor` uᵢ ⊗ vⱼ of a wing's corners. The wings run along the edge in opposite directions;
+    /// the block of the edge is stored for the first one's.
+    #[inline]
+    fn add_outer(
+        &mut self,
+        [edge, start_tip, end_tip]: [usize; 3],
+        u: &[DVec3; 3],
+        v: &[DVec3; 3],
+        factor: f64,
+    ) {
+        let [start, end] = [u[0] * factor, u[1] * factor];
+        self.0[edge] += if start_tip == 1 {
+            outer(start, v[1])
+        } else {
+            outer(end, v[0])
+        };
+        self.0[start_tip] += outer(start, v[2]);
+        self.0[end_tip] += outer(end, v[2]);
     }
 }
 
-/// The wings that haven't collapsed; none when either has, where θ has no derivatives.
-fn wings(corners: [DVec3; 4]) -> impl Iterator<Item = ([usize; 3], Wing)> {
-    let [first, second] =
-        WINGS.map(|[start, end, tip]| Wing::of(corners[start], corners[end], corners[tip]));
-    let both = first.zip(second).map(|(first, second)| [first, second]);
-    WINGS.into_iter().zip(both.into_iter().flatten())
+/// u vᵀ.
+#[inline]
+fn outer(u: DVec3, v: DVec3) -> DMat3 {
+    DMat3::from_cols(u * v.x, u * v.y, u * v.z)
 }
 
-fn spread(places: [usize; 3], form: [DVec3; 3]) -> [DVec3; 4] {
-    let mut corners = [DVec3::ZERO; 4];
-    for (place, v) in places.into_iter().zip(form) {
-        corners[place] = v;
-    }
-    corners
+/// The two wings; `None` when a triangle has collapsed, where θ has no derivatives.
+#[inline]
+fn wings(corners: [DVec3; 4]) -> Option<[Wing; 2]> {
+    let [([a, b, c], _), ([d, e, f], _)] = WINGS;
+    let first = Wing::of(corners[a], corners[b], corners[c])?;
+    Some([first, Wing::of(corners[d], corners[e], corners[f])?])
 }

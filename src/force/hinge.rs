@@ -105,14 +105,15 @@ impl<L: BendingLaw> Stiffness for HingeBatch<L> {
     ) {
         for (element, hinge) in self.hinges.iter().enumerate() {
             let corners = hinge.of(&state.positions);
-            let fold = Dihedral::of(corners).fold;
+            let Dihedral { fold, gradient } = Dihedral::of(corners);
             let k = scale * hinge.stiffness;
-            let slope = k * L::slope(fold, hinge.rest_angle);
             let moment = k * L::moment(fold, hinge.rest_angle);
-            let hessian = match jacobian {
-                Jacobian::Exact => Hessian::exact(corners, slope, moment),
-                Jacobian::Definite => Hessian::definite(corners, slope, moment),
-            };
+            let mut hessian =
+                Hessian::gauss_newton(&gradient, k * L::slope(fold, hinge.rest_angle));
+            match jacobian {
+                Jacobian::Exact => hessian.add_curvature(corners, moment),
+                Jacobian::Definite => hessian.add_positive_curvature(corners, moment),
+            }
             add_hessian(element, &hessian, assembly);
         }
     }
@@ -125,6 +126,7 @@ pub(super) fn hinge_pattern(hinges: &[Hinge]) -> Pattern {
 }
 
 /// Adds an element's second derivatives to its six blocks.
+#[inline]
 pub(super) fn add_hessian(element: usize, hessian: &Hessian, assembly: &mut Assembly<'_>) {
     for (pair, block) in hessian.0.iter().enumerate() {
         assembly.add_whole(PAIRS.len() * element + pair, -*block);

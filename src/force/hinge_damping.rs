@@ -61,7 +61,8 @@ impl Damping for HingeDamping {
     fn add_jacobian(&self, state: &State, scale: f64, assembly: &mut Assembly<'_>) {
         for (element, (hinge, time)) in self.hinges.iter().zip(&self.times).enumerate() {
             let c = scale * time * hinge.stiffness;
-            let hessian = Hessian::definite(hinge.of(&state.positions), c, 0.0);
+            let gradient = Dihedral::of(hinge.of(&state.positions)).gradient;
+            let hessian = Hessian::gauss_newton(&gradient, c);
             add_hessian(element, &hessian, assembly);
         }
     }

@@ -18,6 +18,17 @@ pub fn model_list(scene: &Scene, model: &Model) -> String {
     for batch in &model.springs {
         let _ = writeln!(text, "- {} springs: {}", batch.family, batch.springs.len());
     }
+    let hinges = model.hinges().count();
+    match hinges {
+        0 => part(&mut text, "bending by hinges", false),
+        _ => {
+            let _ = writeln!(text, "- hinges: {hinges}{}", laws(model));
+        }
+    }
+    let clamps = model.particles() - model.cloth_particles();
+    if clamps > 0 {
+        let _ = writeln!(text, "- clamped edges: {clamps}");
+    }
     let pinned = (0..model.cloth_particles())
         .filter(|&i| model.is_pinned(i))
         .count();
@@ -31,6 +42,11 @@ pub fn model_list(scene: &Scene, model: &Model) -> String {
         &mut text,
         "damping of change of length",
         !model.spring_damping.is_empty(),
+    );
+    part(
+        &mut text,
+        "damping of bending",
+        model.hinge_damping.is_some(),
     );
     match &model.strain_limit {
         Some(limit) => {
@@ -55,6 +71,18 @@ pub fn model_list(scene: &Scene, model: &Model) -> String {
     }
     part(&mut text, "contact", !model.obstacles.is_empty());
     let _ = writeln!(text, "- gravity {:?} m/s²", scene.gravity);
+    text
+}
+
+/// How the hinges bend.
+fn laws(model: &Model) -> String {
+    let mut text = String::new();
+    if let Some(batch) = &model.edge_springs {
+        let _ = write!(text, ", {} edge springs", batch.hinges.len());
+    }
+    if let Some(batch) = &model.discrete_shells {
+        let _ = write!(text, ", {} of discrete shells", batch.hinges.len());
+    }
     text
 }
 

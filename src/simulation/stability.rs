@@ -1,20 +1,23 @@
 //! How long a step may be for an explicit scheme, from the model as it stands.
 
-use crate::force::{Jacobian, Stiffness};
+use crate::force::{
+    BendingLaw as _, Dihedral, DiscreteShell, EdgeSpring, Hinge, Jacobian, Spring, Stiffness,
+};
 use crate::linear::{Assembly, PairMatrix};
 use crate::model::Model;
 use crate::state::State;
 use glam::DVec3;
 
-/// The largest stable step of symplectic Euler, and the spring that sets it.
+/// The largest stable step of symplectic Euler, and the element that sets it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StableStep {
     /// Largest stable step (s); infinite without springs or drag.
     pub dt: f64,
     /// Largest ω of M⁻¹K (rad/s).
     pub omega: f64,
-    /// Family and ends of the spring with the largest k (1/mᵢ + 1/mⱼ).
-    pub spring: Option<(&'static str, [u32; 2])>,
+    /// The spring or hinge that would swing fastest if it were alone: its family or law, and its ends
+    /// or those of its edge.
+    pub element: Option<(&'static str, [u32; 2])>,
 }
 
 /// Iterations of the power method: the largest eigenvalue of a 60 × 60 sheet is then within 1 %.
@@ -34,12 +37,9 @@ pub fn stable_step(model: &Model, state: &State) -> StableStep {
             .map(|(c, m)| c / m)
             .fold(0.0, f64::max)
     });
-    let time = model
-        .spring_damping
-        .iter()
-        .flat_map(|damping| &damping.times)
-        .copied()
-        .fold(0.0, f64::max);
+    let springs = model.spring_damping.iter().flat_map(|d| &d.times);
+    let hinges = model.hinge_damping.iter().flat_map(|d| &d.times);
+    let time = springs.chain(hinges).copied().fold(0.0, f64::max);
     let c = drag + time * omega_squared;
     let dt = if omega_squared > 0.0 {
         (c.hypot(2.0 * omega_squared.sqrt()) - c) / omega_squared
@@ -51,7 +51,7 @@ pub fn stable_step(model: &Model, state: &State) -> StableStep {
     StableStep {
         dt,
         omega: omega_squared.sqrt(),
-        spring: stiffest(model),
+        element: stiffest(model, state),
     }
 }
 
@@ -104,20 +104,33 @@ fn seed(i: usize) -> DVec3 {
     )
 }
 
-fn stiffest(model: &Model) -> Option<(&'static str, [u32; 2])> {
-    let w = &model.inverse_masses;
-    let springs = model
-        .springs
-        .iter()
-        .flat_map(|batch| batch.springs.iter().map(|s| (batch.family, s)));
+/// The element with the largest ω² of its own: k (1/mᵢ + 1/mⱼ) of a spring, k Σ |∇θ|²/m of a hinge.
+fn stiffest(model: &Model, state: &State) -> Option<(&'static str, [u32; 2])> {
+    let w = |particle: u32| model.inverse_masses[particle as usize];
+    let springs = model.springs.iter().flat_map(|batch| {
+        let own = |s: &Spring| s.stiffness * (w(s.ends[0]) + w(s.ends[1]));
+        batch
+            .springs
+            .iter()
+            .map(move |s| (own(s), batch.family, s.ends))
+    });
+    let hinge = |name: &'static str, hinge: &Hinge| {
+        let gradient = Dihedral::of(hinge.of(&state.positions)).gradient;
+        let corners = hinge.corners.into_iter().zip(gradient);
+        let own: f64 = corners.map(|(i, g)| w(i) * g.length_squared()).sum();
+        (
+            hinge.stiffness * own,
+            name,
+            [hinge.corners[0], hinge.corners[1]],
+        )
+    };
+    let edge_springs = model.edge_springs.iter().flat_map(|batch| &batch.hinges);
+    let shells = model.discrete_shells.iter().flat_map(|batch| &batch.hinges);
+    let edge_springs = edge_springs.map(|h| hinge(EdgeSpring::NAME, h));
+    let shells = shells.map(|h| hinge(DiscreteShell::NAME, h));
     springs
-        .map(|(family, s)| {
-            (
-                s.stiffness * (w[s.ends[0] as usize] + w[s.ends[1] as usize]),
-                family,
-                s.ends,
-            )
-        })
+        .chain(edge_springs)
+        .chain(shells)
         .max_by(|a, b| a.0.total_cmp(&b.0))
-        .map(|(_, family, ends)| (family, ends))
+        .map(|(_, name, ends)| (name, ends))
 }
