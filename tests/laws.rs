@@ -203,6 +203,63 @@ fn jacobians_are_the_derivative_of_their_force() {
     }
 }
 
+/// Everything in one point, on a line, in a plane, folded onto itself, or with some of it so: every
+/// law is finite.
+#[test]
+fn degenerate_states_have_finite_forces() {
+    let Built { model, state, .. } = everything();
+    let mut numbers = Numbers(29);
+    let mut with = |what: &'static str, place: &mut dyn FnMut(DVec3, f64) -> DVec3| {
+        let mut state = state.clone();
+        for (x, v) in state.positions.iter_mut().zip(&mut state.velocities) {
+            *x = place(*x, numbers.next());
+            *v = numbers.vector();
+        }
+        (what, state)
+    };
+    let degenerate = [
+        with("one point", &mut |_, _| DVec3::ONE),
+        with("the origin", &mut |_, _| DVec3::ZERO),
+        with("a line", &mut |x, _| DVec3::new(x.x, 0.0, 0.0)),
+        with("a skew line", &mut |x, _| DVec3::new(1.0, 2.0, 3.0) * x.x),
+        with("a plane", &mut |x, _| DVec3::new(x.x, 0.0, x.z)),
+        with("folded", &mut |x, _| DVec3::new(x.x.abs(), 0.0, x.z)),
+        with("half of it in a point", &mut |x, n| {
+            if n < 0.0 { DVec3::Y } else { x }
+        }),
+        with("far away", &mut |x, n| x + DVec3::X * (1e9 * n)),
+        with("tiny", &mut |x, _| x * 1e-60),
+    ];
+    for (what, state) in degenerate {
+        for law in model.forces() {
+            let forces = forces_of(|f| law.add_forces(&state, f), model.particles());
+            let finite = forces.iter().all(|f| f.is_finite()) && law.energy(&state).is_finite();
+            assert!(finite, "{}, {what}", law.name());
+        }
+        for law in model.dampings() {
+            let forces = forces_of(|f| law.add_forces(&state, f), model.particles());
+            let finite = forces.iter().all(|f| f.is_finite()) && law.power(&state).is_finite();
+            assert!(finite, "{}, {what}", law.name());
+        }
+        for law in model.stiffnesses() {
+            for kind in [Jacobian::Exact, Jacobian::Definite] {
+                let pattern = law.pattern();
+                let one = std::slice::from_ref(&pattern);
+                let mut matrix = PairMatrix::with_patterns(model.particles(), one);
+                let slots = &matrix.slots(&pattern);
+                let filled = &mut matrix;
+                let mut assembly = Assembly {
+                    matrix: filled,
+                    slots,
+                };
+                law.add_jacobian(&state, 1.0, kind, &mut assembly);
+                let finite = matrix.off_diagonal().iter().all(|block| block.is_finite());
+                assert!(finite, "{}, {what}, {kind:?}", law.name());
+            }
+        }
+    }
+}
+
 #[test]
 fn inner_forces_and_damping_have_no_resultant_and_no_torque() {
     let Built { model, state, .. } = everything();

@@ -171,6 +171,21 @@ cloth = "sheet" => cloth = "skirt" => 18 | pin.0.cloth | no cloth "skirt" | name
 edge = "left" => box = [[5, 5, 5], [6, 6, 6]] => 19 | pin.0.select | selects no particle | make the box larger
 edge = "left" => vertices = [81] => 19 | pin.0.select | no vertex 81 | has 81, counted from 0
 [cloth.material] => springs = ["structural", "bend"]\n[cloth.material] => 10 | cloth.0.material: | bend is missing | such as 1.0e-5
+stretch = 100.0 => stretch = -100.0 => 11 | cloth.0.material.stretch | is -100 | above 0
+stretch = 100.0 => stretch = inf => 11 | cloth.0.material.stretch | is inf | finite
+stretch = 100.0\n => \n => 9 | cloth.0.material: | stretch is missing
+stretch = 100.0 => stretch = 100.0\nspring_constant = 5.0 => 12 | cloth.0.material.spring_constant | remove one
+stretch = 100.0 => stretch = 100.0\nbend = -1.0e-5 => 12 | cloth.0.material.bend | is -0.00001 | 0 or more
+stretch = 100.0 => stretch = 100.0\nbend = nan => 12 | cloth.0.material.bend | is NaN | finite
+area_density = 0.2 => density = 0.2 => 10 | cloth.0.material.density | mass is given by area_density
+[cloth.material] => bending = "edge-spring"\n[cloth.material] => 10 | cloth.0.material: | bend is missing: bending needs | such as 1.0e-5
+[cloth.material] => bending = "stiff"\n[cloth.material] => 9 | `stiff` | `edge-spring` | `discrete-shell`
+[cloth.material] => springs = ["shear"]\n[cloth.material] => 9 | cloth.0.springs | "structural"
+[cloth.material] => springs = ["structural", "zero-length"]\n[cloth.material] => 9 | cloth.0.springs | remove one
+[cloth.material] => springs = ["zero-length"]\n[cloth.material] => 9 | cloth.0.springs | give material.spring_constant
+[cloth.material] => start = { stretch = [0.0, 1.0, 1.0] }\n[cloth.material] => 9 | cloth.0.start.stretch | above 0
+[cloth.material] => start = { velocity = [nan, 0.0, 0.0] }\n[cloth.material] => 9 | cloth.0.start.velocity | finite
+edge = "left" }\n => edge = "left" }\nclamp = true\n => 20 | pin.0.clamp | give it bending
 name = "sheet" => name = "sheet"\nshape = { chain = { length = 1.0, links = 2 } }\nmaterial = { linear_density = 0.1, stretch = 9.0 }\n[[cloth]]\nname = "sheet" => 9 | cloth.1.name | "sheet" is taken | must differ
 "#;
 
@@ -313,6 +328,82 @@ fn an_untidy_obstacle_is_repaired_and_counted() {
     write(&folder, "in/body.obj", &mirrored);
     let ended = muslin_succeeds(&folder, "in/scene.toml --no-save");
     says(&ended, &["in/body.obj: ", "inside out"]);
+}
+
+/// A scene whose cloth is an OBJ mesh that hangs from its highest vertex.
+const GARMENT: &str = r#"name = "garment"
+duration = 0.05
+[[cloth]]
+name = "skirt"
+shape = { obj = { path = "skirt.obj" } }
+bending = "discrete-shell"
+material = { area_density = 0.2, stretch = 100.0, bend = 1.0e-5 }
+[[pin]]
+cloth = "skirt"
+select = { vertices = [0, 1] }
+clamp = true
+"#;
+
+/// Two triangles on the edge 1–2, and room for more.
+const SKIRT: &str = "v 0 1 0\nv 0 0 0\nv 1 0 0\nv -1 0 0\nv 0 0 1\nf 1 2 3\nf 2 1 4\n";
+
+/// Meshes that can't be cloth are refused with their place; faults that can be mended are counted.
+#[test]
+fn a_mesh_becomes_cloth_or_says_why_not() {
+    let folder = folder("garment");
+    let scene = |text: &str| write(&folder, "in/scene.toml", text);
+    let mesh = |text: &str| write(&folder, "in/skirt.obj", text);
+    scene(&GARMENT.replace("clamp = true", ""));
+    mesh(&format!("{SKIRT}f 1 2 5\n"));
+    let edge = [
+        "in/skirt.obj: can't be cloth",
+        "(0.0000, 1.0000, 0.0000)",
+        "3 triangles",
+    ];
+    scene_refused(&folder, "in/scene.toml", "", &edge);
+    mesh(
+        &format!("{SKIRT}v 0 0 0\nf 2 1 1\nf 1 3 2\nf 1 6 4\nf 1 2 3\nf 1 4 4\n")
+            .replace("f 2 1 4\n", ""),
+    );
+    let repaired = [
+        "in/skirt.obj: ",
+        "1 repeated vertices merged",
+        "2 triangles without area dropped",
+        "1 repeated triangles dropped",
+        "triangles turned",
+    ];
+    let folded = muslin(&folder, "in/scene.toml --no-save");
+    assert_eq!(
+        folded.code,
+        Some(2),
+        "two triangles on each other: {folded:#?}"
+    );
+    mesh(&format!("{SKIRT}v 0 0 0\nf 2 1 1\nf 1 6 4\nf 1 2 3\nf 1 4 4\n").replace("f 2 1 4\n", ""));
+    says(
+        &muslin_succeeds(&folder, "in/scene.toml --no-save"),
+        &repaired,
+    );
+    mesh(SKIRT);
+    muslin_succeeds(&folder, "in/scene.toml --no-save");
+    scene(GARMENT);
+    muslin_succeeds(&folder, "in/scene.toml --no-save");
+    scene(&GARMENT.replace("[0, 1]", "[2]"));
+    let alone = [
+        "in/scene.toml:10: pin.0.select",
+        "clamps no tangent",
+        "two neighbouring vertices",
+    ];
+    scene_refused(&folder, "in/scene.toml", "", &alone);
+    scene(&GARMENT.replace(
+        "bending =",
+        "springs = [\"structural\", \"bend\"]\nbending =",
+    ));
+    let neighbours = [
+        "in/scene.toml:6: cloth.0.springs",
+        "no second neighbours",
+        "bending =",
+    ];
+    scene_refused(&folder, "in/scene.toml", "", &neighbours);
 }
 
 /// A report that can't be written is refused before the run; so the recording is spared.
