@@ -41,12 +41,12 @@ impl Fold {
     pub fn half_sine(self) -> f64 {
         let Self { sine, cosine } = self;
         let r = (sine * sine + cosine * cosine).sqrt();
-        if cosine > 0.0 {
+        if r == 0.0 {
+            0.0 // collapsed, or smaller than 10⁻⁴⁰ m
+        } else if cosine > 0.0 {
             sine / (2.0 * r * (r + cosine)).sqrt()
-        } else if r > 0.0 {
-            (0.5 * (r - cosine) / r).sqrt().copysign(sine)
         } else {
-            0.0
+            (0.5 * (r - cosine) / r).sqrt().copysign(sine)
         }
     }
 }
