@@ -8,6 +8,7 @@
 )]
 
 mod architecture;
+mod lab;
 mod laws;
 mod program;
 mod runs;

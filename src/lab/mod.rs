@@ -1,5 +1,10 @@
-//! Experiments on materials: the exact solutions that simulations are compared with, and pictures of
-//! the comparison.
+//! Experiments on materials: virtual swatch tests, the exact solutions that they are compared with,
+//! and pictures of the comparison.
 
+pub mod cantilever;
 pub mod elastica;
+pub mod elasticity;
+pub mod limit;
+pub mod membrane;
 pub mod picture;
+pub mod swatch;
