@@ -19,8 +19,9 @@ fn cloth(shape: &str, more: &str) -> LoadedScene {
 }
 
 fn sheet(diagonals: &str, more: &str) -> LoadedScene {
-    let shape =
-        format!("{{ sheet = {{ size = [1.0, 1.0], cells = [50, 50], diagonals = \"{diagonals}\" }} }}");
+    let shape = format!(
+        "{{ sheet = {{ size = [1.0, 1.0], cells = [50, 50], diagonals = \"{diagonals}\" }} }}"
+    );
     cloth(&shape, more)
 }
 
@@ -33,25 +34,55 @@ fn tested(loaded: &LoadedScene) -> MembraneSeries {
 #[test]
 fn explore() {
     for diagonals in ["none", "alternating", "one-way"] {
-        for springs in ["[\"structural\", \"shear\"]", "[\"structural\", \"shear\", \"bend\"]"] {
+        for springs in [
+            "[\"structural\", \"shear\"]",
+            "[\"structural\", \"shear\", \"bend\"]",
+        ] {
             let start = Instant::now();
             let loaded = sheet(diagonals, &format!("springs = {springs}"));
             let series = tested(&loaded);
-            println!("{diagonals} {springs} {:?} {:.2?}", series.order, start.elapsed());
+            println!(
+                "{diagonals} {springs} {:?} {:.2?}",
+                series.order,
+                start.elapsed()
+            );
             for (cells, m) in &series.swatches {
-                println!("{cells:?} {:?} asym {:e} frame {:?}  {}", m.elasticity, m.asymmetry, m.frame, m.settled);
+                println!(
+                    "{cells:?} {:?} asym {:e} frame {:?}  {}",
+                    m.elasticity, m.asymmetry, m.frame, m.settled
+                );
             }
-            println!("limit {:?} E45 {:?}", series.limit.elasticity, series.limit.elasticity.moduli(0.785398));
+            println!(
+                "limit {:?} E45 {:?}",
+                series.limit.elasticity,
+                series.limit.elasticity.moduli(0.785398)
+            );
             for law in ["none", "edge-spring"] {
-                let loaded = sheet(diagonals, &format!("springs = {springs}\nbending = \"{law}\""));
+                let loaded = sheet(
+                    diagonals,
+                    &format!("springs = {springs}\nbending = \"{law}\""),
+                );
                 let cloth = &loaded.scene.cloth[0];
-                let Shape::Sheet(shape) = &cloth.shape else { panic!() };
+                let Shape::Sheet(shape) = &cloth.shape else {
+                    panic!()
+                };
                 for cut in [Cut::Warp] {
                     let start = Instant::now();
-                    let Some(c) = cantilever::test(&loaded, cloth, shape, cut).unwrap() else { continue };
-                    println!("  {law} {cut:?} L {} own {} limit {:?} {:.2?}", c.length, c.own_cells, c.limit, start.elapsed());
+                    let Some(c) = cantilever::test(&loaded, cloth, shape, cut).unwrap() else {
+                        continue;
+                    };
+                    println!(
+                        "  {law} {cut:?} L {} own {} limit {:?} {:.2?}",
+                        c.length,
+                        c.own_cells,
+                        c.limit,
+                        start.elapsed()
+                    );
                     for s in &c.strips {
-                        println!("    {} drop {} reach {} D {:e} {:?}", s.cells, s.drop, s.reach, s.rigidity, s.rest);
+                        println!(
+                            "    {} drop {} reach {} D {:e} {:?}",
+                            s.cells, s.drop, s.reach, s.rigidity, s.rest
+                        );
                     }
                 }
             }

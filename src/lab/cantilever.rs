@@ -82,6 +82,11 @@ impl Cut {
         }
     }
 
+    /// `warp` or `weft`.
+    pub fn name(self) -> &'static str {
+        ["warp", "weft"][self.axis()]
+    }
+
     /// Angle of the strip's length to the warp (degrees).
     pub fn angle(self) -> f64 {
         90.0 * self.axis() as f64

@@ -44,7 +44,11 @@ impl Swatch {
     /// # Panics
     ///
     /// For chains and blocks.
-    pub fn cut(loaded: &LoadedScene, cloth: &Cloth, cells: u32) -> Result<Option<Self>, SceneError> {
+    pub fn cut(
+        loaded: &LoadedScene,
+        cloth: &Cloth,
+        cells: u32,
+    ) -> Result<Option<Self>, SceneError> {
         let shape = match &cloth.shape {
             Shape::Sheet(sheet) => Shape::Sheet(resized(sheet, [cells; 2])),
             Shape::Obj(_) => cloth.shape.clone(),
@@ -89,7 +93,9 @@ impl Swatch {
     #[must_use]
     pub fn turned(mut self, angle: f64) -> Self {
         let back = DMat2::from_angle(-angle);
-        self.places.iter_mut().for_each(|place| *place = back * *place);
+        self.places
+            .iter_mut()
+            .for_each(|place| *place = back * *place);
         self
     }
 
@@ -177,7 +183,11 @@ fn in_plane(positions: &[DVec3], normal: DVec3) -> Option<Vec<DVec2>> {
     if positions.iter().any(|x| off(x) > 1e-6 * size) {
         return None;
     }
-    let along = if normal.x.abs() < 0.9 { DVec3::X } else { DVec3::Z };
+    let along = if normal.x.abs() < 0.9 {
+        DVec3::X
+    } else {
+        DVec3::Z
+    };
     let warp = along.reject_from_normalized(normal).try_normalize()?;
     // A sheet's normal is +y, its weft z: warp × normal.
     let weft = warp.cross(normal);

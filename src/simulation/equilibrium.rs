@@ -57,7 +57,11 @@ pub fn settle(model: &Model, state: &mut State, tolerance: f64) -> Rest {
         }
         mass_factor = mass_factor.max(1e-6);
     }
-    rest(MAX_STEPS, search.find_forces(model, state)[0] / scale, false)
+    rest(
+        MAX_STEPS,
+        search.find_forces(model, state)[0] / scale,
+        false,
+    )
 }
 
 fn rest(steps: u32, residual: f64, found: bool) -> Rest {
