@@ -148,7 +148,11 @@ pub fn test(
         length,
         rigidity,
         own_cells,
-        limit: limit(rigidities, 1e-9 * rigidity),
+        limit: limit(rigidities, 1e-9 * rigidity).map(|limit| Limit {
+            // What falls to nothing is extrapolated beyond it.
+            value: limit.value.max(0.0),
+            ..limit
+        }),
         strips,
     }))
 }
@@ -166,6 +170,13 @@ impl Cantilever {
     /// Whether the cloth's own cells are too long to show the curve.
     pub fn is_too_coarse(&self) -> bool {
         self.own_cells < FEW_CELLS
+    }
+
+    /// Whether strips of another cut show the same.
+    pub fn agrees_with(&self, other: &Self) -> bool {
+        let mut pairs = self.strips.iter().zip(&other.strips);
+        let same = |(a, b): (&Strip, &Strip)| a.cells == b.cells && (a.drop - b.drop).abs() < 1e-6;
+        (self.own_cells - other.own_cells).abs() < 1e-6 && pairs.all(same)
     }
 
     /// Width of the cloth's own cells along the strip (m).

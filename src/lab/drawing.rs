@@ -93,16 +93,22 @@ fn around(
     };
     Series {
         name,
-        points: (0..=360).map(at).collect(),
+        points: (0..=120).map(|k| at(3 * k)).collect(),
         reference: false,
     }
 }
 
 fn cantilever(strips: &[Cantilever]) -> Vec<Series> {
     let mut lines = Vec::new();
-    for of_cut in strips {
+    // Strips that would be drawn over others are left out.
+    let one = matches!(strips, [warp, weft] if weft.agrees_with(warp));
+    for of_cut in if one { &strips[..1] } else { strips } {
         lines.extend(of_cut.strips.iter().map(|strip| Series {
-            name: format!("{}, {} cells", of_cut.cut.name(), strip.cells),
+            name: if one {
+                format!("{} cells", strip.cells)
+            } else {
+                format!("{}, {} cells", of_cut.cut.name(), strip.cells)
+            },
             points: strip.line.clone(),
             reference: false,
         }));

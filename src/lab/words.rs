@@ -5,6 +5,7 @@ use super::elastica::elastica;
 use super::finding::{Bending, Finding, Tested};
 use super::membrane::{FRAME_ANGLE, Membrane, MembraneSeries};
 use super::table::{ANGLES, ENTRIES};
+use crate::mesh::Diagonals;
 use crate::scene::{Material, Shape};
 
 /// Shares of stiffness below this are not worth a word.
@@ -39,7 +40,13 @@ fn add_cloth(lines: &mut Vec<String>, tested: &Tested) {
     lines.push("\n### Bending\n".to_owned());
     match &tested.bending {
         Bending::NoStrip(why) => lines.push((*why).to_owned()),
-        Bending::Strips(strips) => strips.iter().for_each(|c| add_cantilever(lines, c)),
+        Bending::Strips(strips) => match &strips[..] {
+            [warp, weft] if weft.agrees_with(warp) => {
+                add_cantilever(lines, warp);
+                lines.push("A strip along the weft shows the same.".to_owned());
+            }
+            all => all.iter().for_each(|c| add_cantilever(lines, c)),
+        },
     }
 }
 
@@ -48,7 +55,7 @@ fn about(tested: &Tested) -> String {
     let shape = match &cloth.shape {
         Shape::Sheet(sheet) => {
             let [u, v] = super::swatch::cell(sheet).map(|h| number(1000.0 * h));
-            format!("Cells of {u} mm by {v} mm, diagonals {:?}", sheet.diagonals)
+            format!("Cells of {u} mm by {v} mm, {}", diagonals(sheet.diagonals))
         }
         _ => "A flat mesh as it is, its x axis as warp".to_owned(),
     };
@@ -63,6 +70,15 @@ fn about(tested: &Tested) -> String {
         "{shape}; springs: {}; {stiffness}.",
         springs.join(", ").to_lowercase()
     )
+}
+
+fn diagonals(diagonals: Diagonals) -> &'static str {
+    match diagonals {
+        Diagonals::None => "no diagonals",
+        Diagonals::OneWay => "diagonals one way",
+        Diagonals::Alternating => "alternating diagonals",
+        Diagonals::Both => "both diagonals",
+    }
 }
 
 /// Does anything resist shear, and how does that compare with the material?
@@ -98,7 +114,7 @@ fn bias_sentence(membrane: &Membrane) -> String {
         Some(bias) => format!(
             "It is biased: sheared in a frame by {FRAME_ANGLE} rad, one sense takes {} times the energy of the other, and a pull along the warp shears the cloth by {} of its strain.",
             number(bias),
-            number(coupling)
+            clean(coupling, 1.0)
         ),
     }
 }
@@ -129,9 +145,9 @@ fn add_pulls(lines: &mut Vec<String>, membrane: &Membrane) {
         lines.push(format!(
             "| {angle}° | {} | {} | {} | {} |",
             number(moduli.young),
-            number(moduli.poisson),
+            clean(moduli.poisson, 1.0),
             number(moduli.shear),
-            number(moduli.coupling)
+            clean(moduli.coupling, 1.0)
         ));
     }
 }
@@ -238,13 +254,10 @@ fn bending_sentence(cantilever: &Cantilever) -> String {
         return String::new();
     };
     match cantilever.limit {
-        Some(limit) if limit.value < 0.01 * cantilever.rigidity => {
-            let order = limit.order.map_or(0.0, f64::exp2);
-            format!(
-                "Its bending goes away with the cells: halving them divides it by {}, towards nothing.",
-                number(order)
-            )
-        }
+        _ if finest < 0.6 * before => format!(
+            "Its bending goes away with the cells: the last halving left {} of it.",
+            number(finest / before)
+        ),
         Some(limit) => format!(
             "On ever finer cells it bends as {} of the material's D.",
             number(limit.value / cantilever.rigidity)

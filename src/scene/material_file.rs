@@ -6,7 +6,7 @@ use super::schema::{
     BendingName, Cloth, Damping, Material, Record, Scene, Shape, SheetShape, Solver, SpringKind,
     Start, structural_and_shear,
 };
-use super::validate;
+use super::validate::{self, positive};
 use crate::mesh::Diagonals;
 use serde::Deserialize;
 use std::path::Path;
@@ -58,6 +58,7 @@ pub fn load_material(path: &Path, changes: &[String]) -> Result<LoadedScene, Sce
             ..fault
         })?;
     }
+    let cell = read.cell;
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     let loaded = LoadedScene {
         scene: scene(&stem, read),
@@ -66,7 +67,7 @@ pub fn load_material(path: &Path, changes: &[String]) -> Result<LoadedScene, Sce
         path: Some(path.to_path_buf()),
         changed,
     };
-    match validate::check(&loaded.scene) {
+    match positive("cell", cell).and_then(|()| validate::check(&loaded.scene)) {
         Ok(()) => Ok(loaded),
         Err(fault) => Err(loaded.error(&in_file(&fault))),
     }
@@ -74,11 +75,7 @@ pub fn load_material(path: &Path, changes: &[String]) -> Result<LoadedScene, Sce
 
 /// A fault of the scene as one of the file.
 fn in_file(Fault { path, cause }: &Fault) -> Fault {
-    let path = match path.strip_prefix("cloth.0.") {
-        Some("shape.sheet.size") => "cell",
-        Some(rest) => rest,
-        None => path,
-    };
+    let path = path.strip_prefix("cloth.0.").unwrap_or(path);
     Fault::new(path, cause.clone())
 }
 
