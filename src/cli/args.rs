@@ -129,7 +129,7 @@ pub(super) struct RunArgs {
 pub(super) struct LabArgs {
     /// A built-in scene (see `muslin scenes`) or a TOML file; drape by default.
     pub(super) scene: Option<String>,
-    /// A TOML file with a table [material] in place of a scene, and `springs`, `bending`, `diagonals`,
+    /// A TOML file with a table `[material]` in place of a scene, and `springs`, `bending`, `diagonals`,
     /// `cell` (m) beside it.
     #[arg(long, value_name = "FILE", conflicts_with = "scene")]
     pub(super) material: Option<PathBuf>,

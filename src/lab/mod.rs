@@ -7,6 +7,7 @@
 //! [`table`], [`words`] and [`drawing`] say what came of it.
 
 pub mod cantilever;
+mod digits;
 pub mod drawing;
 pub mod elastica;
 pub mod elasticity;

@@ -1,15 +1,17 @@
 //! The swatch tests in words and tables, for people.
 
 use super::cantilever::{Cantilever, GAMMA};
+use super::digits::{clean, number, percent};
 use super::elastica::elastica;
 use super::finding::{Bending, Finding, Tested};
 use super::membrane::{FRAME_ANGLE, Membrane, MembraneSeries};
 use super::table::{ANGLES, ENTRIES};
 use crate::mesh::Diagonals;
 use crate::scene::{Material, Shape};
+use std::f64::consts::FRAC_PI_4;
 
-/// Shares of stiffness below this are not worth a word.
-const NOTHING: f64 = 1e-6;
+/// Shares below this are rounding, or what is left of the border in an extrapolation.
+const NOTHING: f64 = 1e-5;
 
 /// A report in Markdown.
 pub fn markdown(file: &str, findings: &[Finding]) -> String {
@@ -84,7 +86,7 @@ fn diagonals(diagonals: Diagonals) -> &'static str {
 /// Does anything resist shear, and how does that compare with the material?
 fn shear_sentence(membrane: &Membrane, material: &Material) -> String {
     let c = &membrane.elasticity;
-    let (along, bias) = (c.moduli(0.0), c.moduli(0.25 * std::f64::consts::PI));
+    let [along, bias] = [0.0, FRAC_PI_4].map(|angle| c.moduli(angle));
     if along.shear == 0.0 {
         return "Nothing resists shear: pulled at 45° the cloth follows without resistance."
             .to_owned();
@@ -95,11 +97,19 @@ fn shear_sentence(membrane: &Membrane, material: &Material) -> String {
             number(0.375 * stretch)
         )
     });
+    let anisotropy = c.anisotropy();
+    let directions = if anisotropy < 1.001 {
+        "it is as stiff in every direction".to_owned()
+    } else {
+        format!(
+            "pulled at 45° it is {} times as stiff as along the warp, and its stiffest direction {} times its softest",
+            number(bias.young / along.young),
+            number(anisotropy)
+        )
+    };
     format!(
-        "It resists shear with G = {} N/m along the weave{wanted}; pulled at 45° it is {} times as stiff as along the warp, and its stiffest direction {} times its softest.",
-        number(along.shear),
-        number(bias.young / along.young),
-        number(c.anisotropy())
+        "It resists shear with G = {} N/m along the weave{wanted}; {directions}.",
+        number(along.shear)
     )
 }
 
@@ -214,13 +224,13 @@ fn add_cantilever(lines: &mut Vec<String>, cantilever: &Cantilever) {
     lines.push("| cells along | H/L | W/L | D effective (N·m) | of the material's | error of H/L |\n|---|---|---|---|---|---|".to_owned());
     for strip in &cantilever.strips {
         lines.push(format!(
-            "| {} | {} | {} | {} | {} | {:+.1} % |",
+            "| {} | {} | {} | {} | {} | {} |",
             strip.cells,
             number(strip.drop),
             number(strip.reach),
             number(strip.rigidity),
             number(strip.rigidity / rigidity),
-            100.0 * strip.drop_error()
+            percent(strip.drop_error(), 1)
         ));
     }
     let exact = elastica(GAMMA);
@@ -263,68 +273,9 @@ fn bending_sentence(cantilever: &Cantilever) -> String {
             number(limit.value / cantilever.rigidity)
         ),
         None => format!(
-            "On the finest cells it bends as {} of the material's D; the last halving changed that by {:+.2} %.",
+            "On the finest cells it bends as {} of the material's D; the last halving changed that by {}.",
             number(finest),
-            100.0 * (finest / before - 1.0)
+            percent(finest / before - 1.0, 2)
         ),
-    }
-}
-
-/// A number beside others of a size: 0 where it is their rounding.
-fn clean(x: f64, scale: f64) -> String {
-    number(if x.abs() < NOTHING * scale { 0.0 } else { x })
-}
-
-/// Four digits.
-fn number(x: f64) -> String {
-    if !x.is_finite() {
-        return if x > 0.0 {
-            "∞".to_owned()
-        } else {
-            "–".to_owned()
-        };
-    }
-    if x.abs() < 1e-9 {
-        return "0".to_owned();
-    }
-    let size = x.abs().log10().floor();
-    if !(-4.0..7.0).contains(&size) {
-        return format!("{x:.3e}").replace('-', "−");
-    }
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "between 0 and 7"
-    )]
-    let digits = (3.0 - size).max(0.0) as usize;
-    let text = format!("{x:.digits$}");
-    let text = if digits > 0 {
-        text.trim_end_matches('0').trim_end_matches('.')
-    } else {
-        &text
-    };
-    text.replace('-', "−")
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn numbers_have_four_digits() {
-        let cases = [
-            (100.000_001, "100"),
-            (37.5, "37.5"),
-            (0.333_333_3, "0.3333"),
-            (-0.25, "−0.25"),
-            (1.0e-5, "1.000e−5"),
-            (1e-12, "0"),
-            (f64::INFINITY, "∞"),
-            (f64::NAN, "–"),
-            (12345.6, "12346"),
-        ];
-        for (x, text) in cases {
-            assert_eq!(number(x), text);
-        }
     }
 }
