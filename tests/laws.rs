@@ -167,7 +167,8 @@ fn jacobians_are_the_derivative_of_their_force() {
     for (what, state) in states(&state) {
         for law in model.stiffnesses() {
             let pattern = law.pattern();
-            let mut matrix = PairMatrix::with_patterns(model.particles(), &[pattern.clone()]);
+            let mut matrix =
+                PairMatrix::with_patterns(model.particles(), std::slice::from_ref(&pattern));
             let slots = &matrix.slots(&pattern);
             let filled = &mut matrix;
             let mut assembly = Assembly {

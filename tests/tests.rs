@@ -8,9 +8,12 @@
 )]
 
 mod architecture;
+mod bending;
 mod lab;
 mod laws;
 mod program;
 mod runs;
+mod springs;
+mod structures;
 mod support;
 mod truths;

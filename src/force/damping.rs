@@ -208,7 +208,8 @@ mod tests {
     fn jacobian_is_the_derivative_by_velocity() {
         let (damping, state) = pair();
         let pattern = damping.pattern();
-        let mut matrix = crate::linear::PairMatrix::with_patterns(2, &[pattern.clone()]);
+        let mut matrix =
+            crate::linear::PairMatrix::with_patterns(2, std::slice::from_ref(&pattern));
         let slots = matrix.slots(&pattern);
         damping.add_jacobian(
             &state,

@@ -15,10 +15,48 @@ use glam::{DMat2, DMat3, DVec2, DVec3};
 /// The dihedral angle θ (rad) and its gradient ∂θ/∂x (1/m) by corner.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Dihedral {
-    /// θ in −π … π.
-    pub angle: f64,
+    /// The angle.
+    pub fold: Fold,
     /// ∂θ/∂a, ∂θ/∂b, ∂θ/∂c, ∂θ/∂d.
     pub gradient: [DVec3; 4],
+}
+
+/// A dihedral angle by sine and cosine, both times one positive factor: not every law needs the angle
+/// itself, whose arctangent takes longer than all the rest of a hinge.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Fold {
+    sine: f64,
+    cosine: f64,
+}
+
+impl Fold {
+    /// θ in −π … π; 0 where a triangle has collapsed.
+    #[inline]
+    pub fn angle(self) -> f64 {
+        self.sine.atan2(self.cosine)
+    }
+
+    /// sin θ/2 = s/√(2r (r + c)) with r² = s² + c², or the same by the other half for blunt angles.
+    #[inline]
+    pub fn half_sine(self) -> f64 {
+        let Self { sine, cosine } = self;
+        let r = (sine * sine + cosine * cosine).sqrt();
+        if cosine > 0.0 {
+            sine / (2.0 * r * (r + cosine)).sqrt()
+        } else if r > 0.0 {
+            (0.5 * (r - cosine) / r).sqrt().copysign(sine)
+        } else {
+            0.0
+        }
+    }
+}
+
+impl From<f64> for Fold {
+    /// The fold of an angle (rad).
+    fn from(angle: f64) -> Self {
+        let (sine, cosine) = angle.sin_cos();
+        Self { sine, cosine }
+    }
 }
 
 /// (Altitude/edge)² below which a triangle counts as collapsed: its normal is rounding, so the angle
@@ -27,7 +65,7 @@ const COLLAPSED: f64 = 1e-16;
 
 impl Dihedral {
     /// The angle and its gradient at a hinge's corners (m); all zero where a triangle has collapsed.
-    #[inline]
+    #[inline(always)] // as a call, a force pass takes 58 ns a hinge instead of 21
     pub fn of([a, b, c, d]: [DVec3; 4]) -> Self {
         let (e, p, q) = (b - a, c - a, d - a);
         let (n1, n2) = (e.cross(p), q.cross(e));
@@ -35,12 +73,15 @@ impl Dihedral {
         if area1.min(area2) <= COLLAPSED * edge * edge {
             return Self::default();
         }
-        let length = edge.sqrt();
+        let (length, per_edge) = (edge.sqrt(), edge.recip());
         let (at_c, at_d) = (n1 * (-length / area1), n2 * (-length / area2));
-        let (foot1, foot2) = (p.dot(e) / edge, q.dot(e) / edge);
+        let (foot1, foot2) = (p.dot(e) * per_edge, q.dot(e) * per_edge);
         Self {
-            // (N₁ × N₂) · ê = −|e| (d − a) · N₁.
-            angle: (-length * q.dot(n1)).atan2(n1.dot(n2)),
+            fold: Fold {
+                // (N₁ × N₂) · ê = −|e| (d − a) · N₁.
+                sine: -length * q.dot(n1),
+                cosine: n1.dot(n2),
+            },
             gradient: [
                 at_c * (foot1 - 1.0) + at_d * (foot2 - 1.0),
                 -(at_c * foot1 + at_d * foot2),

@@ -1,6 +1,6 @@
 //! Discrete shells: bending by the dihedral angle itself.
 
-use super::BendingLaw;
+use super::{BendingLaw, Fold};
 use std::f64::consts::{PI, TAU};
 
 /// The bending energy of Grinspun, Hirani, Desbrun and Schröder 2003: E = ½ k (θ − θ₀)² (J).
@@ -12,13 +12,13 @@ pub struct DiscreteShell;
 impl BendingLaw for DiscreteShell {
     const NAME: &'static str = "discrete_shell";
 
-    fn energy(angle: f64, rest: f64) -> f64 {
-        0.5 * Self::moment(angle, rest).powi(2)
+    fn energy(fold: Fold, rest: f64) -> f64 {
+        0.5 * Self::moment(fold, rest).powi(2)
     }
 
     #[inline]
-    fn moment(angle: f64, rest: f64) -> f64 {
-        let turn = angle - rest;
+    fn moment(fold: Fold, rest: f64) -> f64 {
+        let turn = fold.angle() - rest;
         if turn > PI {
             turn - TAU
         } else if turn < -PI {
@@ -28,7 +28,7 @@ impl BendingLaw for DiscreteShell {
         }
     }
 
-    fn slope(_: f64, _: f64) -> f64 {
+    fn slope(_: Fold, _: f64) -> f64 {
         1.0
     }
 }

@@ -1,6 +1,6 @@
 //! Edge springs: bending by the sine of half the dihedral angle.
 
-use super::BendingLaw;
+use super::{BendingLaw, Fold};
 
 /// The elastic bending element of Bridson, Marino and Fedkiw 2003.
 ///
@@ -16,20 +16,21 @@ pub struct EdgeSpring;
 impl BendingLaw for EdgeSpring {
     const NAME: &'static str = "edge_spring";
 
-    fn energy(angle: f64, rest: f64) -> f64 {
+    fn energy(fold: Fold, rest: f64) -> f64 {
         // 2 (cos θ₀/2 − cos θ/2) as a product, which keeps the digits of small differences.
+        let angle = fold.angle();
         let fall = 4.0 * (0.25 * (angle + rest)).sin() * (0.25 * (angle - rest)).sin();
         2.0 * (fall - (angle - rest) * (0.5 * rest).sin())
     }
 
     #[inline]
-    fn moment(angle: f64, rest: f64) -> f64 {
-        // 2 (sin θ/2 − sin θ₀/2) needs one sine for a flat rest shape, two otherwise.
+    fn moment(fold: Fold, rest: f64) -> f64 {
         let at_rest = if rest == 0.0 { 0.0 } else { (0.5 * rest).sin() };
-        2.0 * ((0.5 * angle).sin() - at_rest)
+        2.0 * (fold.half_sine() - at_rest)
     }
 
-    fn slope(angle: f64, _: f64) -> f64 {
-        (0.5 * angle).cos()
+    fn slope(fold: Fold, _: f64) -> f64 {
+        let half_sine = fold.half_sine();
+        (1.0 - half_sine * half_sine).max(0.0).sqrt()
     }
 }

@@ -4,14 +4,15 @@
 //! a hinge of a given cloth must be is the scene's: a plate rigidity, calibrated on the mesh.
 
 use super::dihedral::{Hessian, PAIRS};
-use super::{Dihedral, Force, Jacobian, Stiffness};
+use super::{Dihedral, Fold, Force, Jacobian, Stiffness};
 use crate::linear::{Assembly, Pattern};
 use crate::state::State;
 use glam::DVec3;
 use std::fmt::Debug;
 use std::marker::PhantomData;
 
-/// Energy of a dihedral angle θ against its rest angle θ₀ (rad), for a hinge of stiffness 1.
+/// Energy of a dihedral angle θ against its rest angle θ₀ (rad), for a hinge of stiffness 1. A law
+/// that asks for the angle itself pays for its arctangent.
 ///
 /// All laws agree for small angles: E = ½ (θ − θ₀)².
 pub trait BendingLaw: Debug + Default + Copy + Send + Sync {
@@ -19,13 +20,13 @@ pub trait BendingLaw: Debug + Default + Copy + Send + Sync {
     const NAME: &'static str;
 
     /// E/k.
-    fn energy(angle: f64, rest: f64) -> f64;
+    fn energy(fold: Fold, rest: f64) -> f64;
 
     /// E′/k.
-    fn moment(angle: f64, rest: f64) -> f64;
+    fn moment(fold: Fold, rest: f64) -> f64;
 
     /// E″/k, never negative.
-    fn slope(angle: f64, rest: f64) -> f64;
+    fn slope(fold: Fold, rest: f64) -> f64;
 }
 
 /// Two triangles on one edge.
@@ -70,8 +71,8 @@ impl<L: BendingLaw> Force for HingeBatch<L> {
 
     fn energy(&self, state: &State) -> f64 {
         let each = self.hinges.iter().map(|hinge| {
-            let angle = Dihedral::of(hinge.of(&state.positions)).angle;
-            hinge.stiffness * L::energy(angle, hinge.rest_angle)
+            let fold = Dihedral::of(hinge.of(&state.positions)).fold;
+            hinge.stiffness * L::energy(fold, hinge.rest_angle)
         });
         each.sum()
     }
@@ -79,10 +80,13 @@ impl<L: BendingLaw> Force for HingeBatch<L> {
     fn add_forces(&self, state: &State, forces: &mut [DVec3]) {
         for hinge in &self.hinges {
             let dihedral = Dihedral::of(hinge.of(&state.positions));
-            let moment = hinge.stiffness * L::moment(dihedral.angle, hinge.rest_angle);
-            for (corner, gradient) in hinge.corners.into_iter().zip(dihedral.gradient) {
-                forces[corner as usize] -= gradient * moment;
-            }
+            let moment = hinge.stiffness * L::moment(dihedral.fold, hinge.rest_angle);
+            let [a, b, c, d] = hinge.corners;
+            let [at_a, at_b, at_c, at_d] = dihedral.gradient;
+            forces[a as usize] -= at_a * moment;
+            forces[b as usize] -= at_b * moment;
+            forces[c as usize] -= at_c * moment;
+            forces[d as usize] -= at_d * moment;
         }
     }
 }
@@ -101,10 +105,10 @@ impl<L: BendingLaw> Stiffness for HingeBatch<L> {
     ) {
         for (element, hinge) in self.hinges.iter().enumerate() {
             let corners = hinge.of(&state.positions);
-            let angle = Dihedral::of(corners).angle;
+            let fold = Dihedral::of(corners).fold;
             let k = scale * hinge.stiffness;
-            let slope = k * L::slope(angle, hinge.rest_angle);
-            let moment = k * L::moment(angle, hinge.rest_angle);
+            let slope = k * L::slope(fold, hinge.rest_angle);
+            let moment = k * L::moment(fold, hinge.rest_angle);
             let hessian = match jacobian {
                 Jacobian::Exact => Hessian::exact(corners, slope, moment),
                 Jacobian::Definite => Hessian::definite(corners, slope, moment),
@@ -160,7 +164,7 @@ mod tests {
     }
 
     fn matrix_of(pattern: &Pattern, fill: impl FnOnce(&mut Assembly<'_>)) -> PairMatrix {
-        let mut matrix = PairMatrix::with_patterns(4, &[pattern.clone()]);
+        let mut matrix = PairMatrix::with_patterns(4, std::slice::from_ref(pattern));
         let slots = &matrix.slots(pattern);
         fill(&mut Assembly {
             matrix: &mut matrix,
@@ -330,20 +334,34 @@ mod tests {
 
     #[test]
     fn laws_agree_for_small_angles_and_vanish_at_rest() {
-        for rest in [0.0, 0.7] {
+        for rest in [0.0, 0.7, -2.0] {
+            let fold = Fold::from(rest);
+            let edge = EdgeSpring::energy(fold, rest).abs() + EdgeSpring::moment(fold, rest).abs();
+            let shell = DiscreteShell::energy(fold, rest) + DiscreteShell::moment(fold, rest).abs();
+            assert!(edge < 1e-15 && shell < 1e-15, "{rest}: {edge}, {shell}");
+        }
+        let fold = Fold::from(1e-3);
+        let ratio = EdgeSpring::energy(fold, 0.0) / DiscreteShell::energy(fold, 0.0);
+        assert!((ratio - 1.0).abs() < 1e-6, "{ratio}");
+        // Discrete shells turn the short way round.
+        let turn = DiscreteShell::moment(Fold::from(-3.0), 3.0);
+        assert!((turn - (std::f64::consts::TAU - 6.0)).abs() < 1e-15);
+    }
+
+    #[test]
+    fn half_sines_are_those_of_the_angle() {
+        for angle in [
+            -3.1, -2.0, -1e-3, -1e-9, 0.0, 1e-12, 0.5, 1.57, 1.58, 3.1, PI,
+        ] {
+            let fold = Fold::from(angle);
+            assert!((fold.angle() - angle).abs() < 1e-15);
+            let error = fold.half_sine() - f64::sin(0.5 * angle);
             assert!(
-                EdgeSpring::energy(rest, rest).abs() + EdgeSpring::moment(rest, rest).abs() < 1e-15
-            );
-            assert!(
-                DiscreteShell::energy(rest, rest) + DiscreteShell::moment(rest, rest).abs() < 1e-15
+                error.abs() <= 2e-16 * (1.0 + angle.abs()),
+                "{angle}: {error}"
             );
         }
-        let angle = 1e-3;
-        assert!(
-            (EdgeSpring::energy(angle, 0.0) / DiscreteShell::energy(angle, 0.0) - 1.0).abs() < 1e-6
-        );
-        // Discrete shells turn the short way round.
-        assert!((DiscreteShell::moment(-3.0, 3.0) - (std::f64::consts::TAU - 6.0)).abs() < 1e-15);
+        assert!(Fold::default().half_sine() == 0.0);
     }
 
     #[test]

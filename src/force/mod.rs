@@ -13,7 +13,7 @@ mod hinge_damping;
 mod spring;
 
 pub use damping::{Damping, MassDamping, SpringDamping, damper_force};
-pub use dihedral::Dihedral;
+pub use dihedral::{Dihedral, Fold};
 pub use discrete_shell::DiscreteShell;
 pub use edge_spring::EdgeSpring;
 pub use gravity::Gravity;

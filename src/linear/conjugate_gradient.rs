@@ -261,7 +261,7 @@ mod tests {
     fn chain(rows: u32) -> PairMatrix {
         let pairs: Vec<[u32; 2]> = (1..rows).map(|j| [j - 1, j]).collect();
         let pattern = Pattern::Lines(pairs.clone());
-        let mut matrix = PairMatrix::with_patterns(rows as usize, &[pattern.clone()]);
+        let mut matrix = PairMatrix::with_patterns(rows as usize, std::slice::from_ref(&pattern));
         matrix.clear(&vec![0.1; rows as usize]);
         let slots = matrix.slots(&pattern);
         let mut assembly = Assembly {

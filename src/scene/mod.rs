@@ -3,6 +3,7 @@
 //! A scene is TOML in SI units, y up, right-handed. [`load()`] reads and checks one, [`build()`] makes
 //! the [`Model`](crate::model::Model) and the first [`State`](crate::state::State) from it.
 
+mod bends;
 mod body;
 mod build;
 mod builtin;

@@ -1,22 +1,18 @@
 //! A model in the making: what the cloths have brought so far.
 
+use super::bends::{Bends, Placed};
 use super::fault::Fault;
 use super::place::place;
-use super::rigidity::Rigidity;
-use super::schema::{self, BendingName, Shape, SpringKind};
+use super::schema::{self, SpringKind};
 use super::select::select;
 use super::spring_constant::spring_constant;
 use crate::collision::Obstacle;
-use crate::force::{
-    BendingLaw, Gravity, Hinge, HingeBatch, HingeDamping, MassDamping, Spring, SpringBatch,
-    SpringDamping,
-};
-use crate::mesh::{self, Lattice, Segment};
+use crate::force::{Gravity, MassDamping, Spring, SpringBatch, SpringDamping};
+use crate::mesh::{Lattice, Segment};
 use crate::model::{Cloth, Model};
 use crate::state::State;
 use crate::strain_limit::StrainLimit;
 use glam::DVec3;
-use std::collections::BTreeSet;
 
 #[derive(Default)]
 pub(super) struct Parts {
@@ -26,8 +22,7 @@ pub(super) struct Parts {
     pinned: Vec<bool>,
     drag: Vec<f64>,
     families: [Family; 4],
-    edge_springs: Bends,
-    discrete_shells: Bends,
+    bends: Bends,
 }
 
 /// The springs of one kind, with the damping time τ of each (s).
@@ -35,23 +30,6 @@ pub(super) struct Parts {
 struct Family {
     springs: Vec<Spring>,
     times: Vec<f64>,
-}
-
-/// The hinges of one law, with the damping time τ of each (s), and those at clamps.
-#[derive(Default)]
-struct Bends {
-    hinges: Vec<Hinge>,
-    times: Vec<f64>,
-    clamps: Vec<Clamp>,
-}
-
-/// A hinge on a clamped edge, whose far corner doesn't move with the cloth.
-struct Clamp {
-    /// The last corner is not set yet.
-    hinge: Hinge,
-    time: f64,
-    /// Where the far corner is held (m).
-    far: DVec3,
 }
 
 /// The kinds of springs, in the order of their families.
@@ -96,7 +74,14 @@ impl Parts {
                 clamped.push((i, selected));
             }
         }
-        self.add_hinges(cloth, &lattice, &rest, &clamped)?;
+        self.bends.add(&Placed {
+            cloth,
+            lattice: &lattice,
+            rest: &rest,
+            first: index(first),
+            pinned: &self.pinned[first..],
+            clamped: &clamped,
+        })?;
         self.add_state(cloth, &lattice.mesh.positions);
         self.cloths.push(Cloth {
             name: cloth.name.clone(),
@@ -160,64 +145,6 @@ impl Parts {
         self.state.positions.extend(positions);
     }
 
-    /// Adds the hinges of a placed cloth of the shape `rest`. Where a pin clamps an edge, each
-    /// triangle beside it with a free corner gets a hinge of its own against its mirror image, which
-    /// is held: that keeps the tangent. The mirrored curve is symmetric, so that such a hinge turns
-    /// by half of what an inner one would and its half of the energy needs k twice.
-    fn add_hinges(
-        &mut self,
-        cloth: &schema::Cloth,
-        lattice: &Lattice,
-        rest: &[DVec3],
-        clamped: &[(usize, Vec<u32>)],
-    ) -> Result<(), Fault> {
-        let first = self.state.positions.len();
-        let bends = match cloth.bending {
-            BendingName::None => return no_clamps(clamped),
-            BendingName::EdgeSpring => &mut self.edge_springs,
-            BendingName::DiscreteShell => &mut self.discrete_shells,
-        };
-        let hinges = mesh::hinges(&lattice.mesh.triangles);
-        // A mesh's coordinates say nothing of warp and weft, a sheet's do.
-        let axes = matches!(cloth.shape, Shape::Sheet(_)).then_some([DVec3::X, DVec3::Z]);
-        let rigidity = Rigidity::of(rest, &hinges, axes);
-        let bend = cloth.material.bend.unwrap_or(0.0);
-        let clamps = clamp_edges(lattice, clamped, &self.pinned[first..])?;
-        let time = cloth.damping.stiffness;
-        let offset = index(first);
-        let clamped: BTreeSet<[u32; 2]> = clamps
-            .iter()
-            .map(|&[a, b, _]| [a.min(b), a.max(b)])
-            .collect();
-        for corners in hinges {
-            if clamped.contains(&[corners[0], corners[1]]) {
-                continue;
-            }
-            let at_rest = corners.map(|corner| rest[corner as usize]);
-            bends.hinges.push(Hinge {
-                corners: corners.map(|corner| corner + offset),
-                rest_angle: crate::force::Dihedral::of(at_rest).angle,
-                stiffness: rigidity.stiffness(at_rest, bend),
-            });
-            bends.times.push(time);
-        }
-        for clamp in clamps {
-            let at_rest = clamp.map(|corner| rest[corner as usize]);
-            let [a, b, c] = clamp.map(|corner| lattice.mesh.positions[corner as usize]);
-            let [p, q, r] = clamp.map(|corner| corner + offset);
-            bends.clamps.push(Clamp {
-                hinge: Hinge {
-                    corners: [p, q, r, u32::MAX],
-                    rest_angle: 0.0,
-                    stiffness: 2.0 * rigidity.stiffness(mirrored(at_rest), bend),
-                },
-                time,
-                far: mirrored([a, b, c])[3],
-            });
-        }
-        Ok(())
-    }
-
     /// The model and its first state.
     pub(super) fn model(
         mut self,
@@ -232,35 +159,18 @@ impl Parts {
             pinned,
             drag,
             families,
-            edge_springs,
-            discrete_shells,
+            bends,
         } = self;
-        let (mut springs, mut spring_damping, mut limited) = (Vec::new(), Vec::new(), Vec::new());
-        for (
-            Family {
-                springs: family,
-                times,
-            },
-            (_, name),
-        ) in families.into_iter().zip(KINDS)
-        {
-            if family.is_empty() {
-                continue;
-            }
-            let batch = SpringBatch {
-                family: name,
-                springs: family,
-            };
-            if batch.is_weave() {
-                limited.extend_from_slice(&batch.springs);
-            }
-            if times.iter().any(|&time| time > 0.0) {
-                let springs = batch.clone();
-                spring_damping.push(SpringDamping { springs, times });
-            }
-            springs.push(batch);
-        }
+        let (springs, spring_damping) = spring_batches(families);
+        let weave = springs.iter().filter(|batch| batch.is_weave());
+        let limited = weave.flat_map(|batch| &batch.springs).copied().collect();
+        let limit = |limit: &schema::StrainLimit| StrainLimit {
+            max: limit.max,
+            springs: limited,
+        };
         let inverse = |(&m, &pinned): (&f64, &bool)| if pinned { 0.0 } else { 1.0 / m };
+        let hinge_damping = bends.damping();
+        let (edge_springs, discrete_shells) = bends.batches();
         let model = Model {
             cloths,
             inverse_masses: masses.iter().zip(&pinned).map(inverse).collect(),
@@ -269,19 +179,16 @@ impl Parts {
                 masses: masses.clone(),
             },
             masses,
+            strain_limit: scene.strain_limit.as_ref().map(limit),
             springs,
-            hinge_damping: hinge_damping([&edge_springs, &discrete_shells]),
-            edge_springs: edge_springs.batch(),
-            discrete_shells: discrete_shells.batch(),
+            edge_springs,
+            discrete_shells,
             mass_damping: drag
                 .iter()
                 .any(|&c| c > 0.0)
                 .then_some(MassDamping { drag }),
             spring_damping,
-            strain_limit: scene.strain_limit.as_ref().map(|limit| StrainLimit {
-                max: limit.max,
-                springs: limited,
-            }),
+            hinge_damping,
             obstacles,
         };
         (model, state)
@@ -289,92 +196,31 @@ impl Parts {
 
     /// Puts the far corners of the clamps behind the particles of all cloths: pinned, without mass.
     fn hold_clamps(&mut self) {
-        for bends in [&mut self.edge_springs, &mut self.discrete_shells] {
-            for Clamp {
-                mut hinge,
-                time,
-                far,
-            } in std::mem::take(&mut bends.clamps)
-            {
-                hinge.corners[3] = index(self.masses.len());
-                bends.hinges.push(hinge);
-                bends.times.push(time);
-                self.state.positions.push(far);
-                self.state.velocities.push(DVec3::ZERO);
-                self.masses.push(0.0);
-                self.pinned.push(true);
-                self.drag.push(0.0);
-            }
+        let held = self.bends.hold_clamps(index(self.masses.len()));
+        let particles = self.masses.len() + held.len();
+        self.state.positions.extend(held);
+        self.state.velocities.resize(particles, DVec3::ZERO);
+        self.masses.resize(particles, 0.0);
+        self.pinned.resize(particles, true);
+        self.drag.resize(particles, 0.0);
+    }
+}
+
+/// The families that have springs, and the damping of those that have any.
+fn spring_batches(families: [Family; 4]) -> (Vec<SpringBatch>, Vec<SpringDamping>) {
+    let (mut batches, mut dampings) = (Vec::new(), Vec::new());
+    for (Family { springs, times }, (_, family)) in families.into_iter().zip(KINDS) {
+        if springs.is_empty() {
+            continue;
         }
-    }
-}
-
-impl Bends {
-    fn batch<L: BendingLaw>(self) -> Option<HingeBatch<L>> {
-        (!self.hinges.is_empty()).then(|| HingeBatch::new(self.hinges))
-    }
-}
-
-fn hinge_damping(bends: [&Bends; 2]) -> Option<HingeDamping> {
-    let mut damping = HingeDamping::default();
-    for bends in bends {
-        let each = bends.hinges.iter().zip(&bends.times);
-        for (&hinge, &time) in each.filter(|(_, time)| **time > 0.0) {
-            damping.hinges.push(hinge);
-            damping.times.push(time);
+        let batch = SpringBatch { family, springs };
+        if times.iter().any(|&time| time > 0.0) {
+            let springs = batch.clone();
+            dampings.push(SpringDamping { springs, times });
         }
+        batches.push(batch);
     }
-    (!damping.hinges.is_empty()).then_some(damping)
-}
-
-/// Where a cloth doesn't bend, no pin of its can clamp.
-fn no_clamps(clamped: &[(usize, Vec<u32>)]) -> Result<(), Fault> {
-    match clamped.first() {
-        None => Ok(()),
-        Some((i, _)) => Err(Fault::new(
-            format!("pin.{i}.clamp"),
-            "holds the tangent by hinges, and this cloth has none; give it bending = \"edge-spring\" or \"discrete-shell\", or remove clamp",
-        )),
-    }
-}
-
-/// The clamped edges: start, end and the free third vertex of each triangle beside one.
-fn clamp_edges(
-    lattice: &Lattice,
-    clamped: &[(usize, Vec<u32>)],
-    pinned: &[bool],
-) -> Result<Vec<[u32; 3]>, Fault> {
-    let mut edges = Vec::new();
-    for (i, selected) in clamped {
-        let mut held = vec![false; pinned.len()];
-        selected
-            .iter()
-            .for_each(|&vertex| held[vertex as usize] = true);
-        let before = edges.len();
-        for &[a, b, c] in &lattice.mesh.triangles {
-            for [start, end, tip] in [[a, b, c], [b, c, a], [c, a, b]] {
-                if held[start as usize] && held[end as usize] && !pinned[tip as usize] {
-                    edges.push([start, end, tip]);
-                }
-            }
-        }
-        if edges.len() == before {
-            return Err(Fault::new(
-                format!("pin.{i}.select"),
-                "clamps no tangent: no edge of the cloth with a free triangle beside it has both its ends here; select two neighbouring vertices or more, or remove clamp",
-            ));
-        }
-    }
-    edges.sort_unstable();
-    edges.dedup();
-    Ok(edges)
-}
-
-/// The hinge of a triangle and its mirror image in its first edge, in its own plane.
-fn mirrored([a, b, c]: [DVec3; 3]) -> [DVec3; 4] {
-    let e = b - a;
-    let foot = a + e * ((c - a).dot(e) / e.length_squared());
-    [a, b, c, foot * 2.0 - c]
+    (batches, dampings)
 }
 
 fn places(kind: SpringKind, lattice: &Lattice) -> &[Segment] {

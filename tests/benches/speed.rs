@@ -50,6 +50,30 @@ fn force_pass(criterion: &mut Criterion) {
     group.finish();
 }
 
+/// Nanoseconds a hinge: one pass over a crumpled sheet of 140 × 140 cells, 58,520 hinges, by either law.
+fn hinge_pass(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("force pass, per hinge");
+    for law in ["edge-spring", "discrete-shell"] {
+        let bending = format!("cloth.0.bending={law}");
+        let changes = ["cloth.0.shape.sheet.cells=[140, 140]", bending.as_str()];
+        let built = scene::build(&load("drape", &changes)).unwrap_or_else(|e| panic!("{e}"));
+        let (model, mut state) = (built.model, built.state);
+        for x in &mut state.positions {
+            *x += DVec3::Y * (0.01 * (300.0 * x.x).sin() * (200.0 * x.z).cos());
+        }
+        let mut forces = vec![DVec3::ZERO; model.particles()];
+        group.throughput(Throughput::Elements(model.hinges().count() as u64));
+        group.bench_function(law, |bencher| {
+            bencher.iter(|| {
+                for batch in model.stiffnesses().skip(model.springs.len()) {
+                    batch.add_forces(black_box(&state), &mut forces);
+                }
+            });
+        });
+    }
+    group.finish();
+}
+
 /// Nanoseconds a query: nearest points of all particles of the draped poncho, and one detection pass
 /// that knows what the last one found.
 fn contact(criterion: &mut Criterion) {
@@ -127,6 +151,6 @@ fn frame(_: &mut Criterion) {}
 criterion_group! {
     name = benches;
     config = Criterion::default().sample_size(20);
-    targets = force_pass, contact, step, frame
+    targets = force_pass, hinge_pass, contact, step, frame
 }
 criterion_main!(benches);
