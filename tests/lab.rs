@@ -76,7 +76,7 @@ fn has(found: &Elasticity, expected: [f64; 6]) {
 const SHEAR: &str = "springs = [\"structural\", \"shear\"]";
 const ALL: &str = "springs = [\"structural\", \"shear\", \"bend\"]";
 
-/// C11 = k_s + k_d, C12 = C66 = k_d with k_s = ¾, k_d = ⅜ for two diagonals a cell. One diagonal of
+/// C11 = `k_s` + `k_d`, C12 = C66 = `k_d`; ¾ and ⅜ for two diagonals a cell. One diagonal of
 /// k = ¾ a cell adds 2k n nᵀ with n = ½ (1, 1, 1): k/2 to every entry.
 #[test]
 fn moduli_are_those_of_an_endless_net() {
