@@ -404,6 +404,98 @@ fn a_mesh_becomes_cloth_or_says_why_not() {
         "bending =",
     ];
     scene_refused(&folder, "in/scene.toml", "", &neighbours);
+
+/// The material of [`SMALL`] on its own, with hinges.
+const MATERIAL: &str = r#"bending = "edge-spring"
+diagonals = "both"
+cell = 0.004
+
+[material]
+area_density = 0.2
+stretch = 100.0
+bend = 1.0e-5
+"#;
+
+/// Swatch tests of a scene, of a material, and of what has no swatch.
+#[test]
+fn the_lab_tests_cloths_and_names_what_it_does_not() {
+    let folder = folder("lab");
+    let chain = "[[cloth]]\nname = \"rope\"\nshape = { chain = { length = 1.0, links = 5 } }\n\
+        material = { linear_density = 0.1, stretch = 9.0 }\n[[pin]]\n";
+    write(&folder, "scene.toml", &changed(SMALL, "[[pin]]\n", chain));
+    let ended = muslin_succeeds(&folder, "lab scene.toml");
+    for words in [
+        "resists no bending",
+        "rope",
+        "is a chain",
+        "| 45° | 100 | 0.3333 | 37.5 | 0 |",
+    ] {
+        assert!(ended.out.contains(words), "no {words:?} in {}", ended.out);
+    }
+    assert!(ended.out.contains(&read(&folder, "small-lab/lab.md")));
+    write(&folder, "wool.toml", MATERIAL);
+    muslin_succeeds(&folder, "lab --material wool.toml --out of/wool");
+    let files = contents(&folder.join("of/wool"));
+    let names: Vec<_> = files.keys().map(|path| path.file_name().unwrap()).collect();
+    let expected = [
+        "cantilever-wool.png",
+        "lab.csv",
+        "lab.md",
+        "stiffness-wool.png",
+    ];
+    assert_eq!(names, expected);
+    let table = read(&folder, "of/wool/lab.csv");
+    let columns = "cloth,test,angle_deg,cells,quantity,value,unit,reference,error\n";
+    assert!(table.starts_with(columns), "{table}");
+    assert!(
+        table.lines().all(|line| line.split(',').count() == 9),
+        "{table}"
+    );
+    for row in ["wool,membrane,,12,C11,112.5", "wool,cantilever,90.0,36,D,"] {
+        assert!(table.contains(row), "no {row} in {table}");
+    }
+}
+
+/// Scenes without cloth, faults in a material's file, and a folder that can't be written.
+#[test]
+fn the_lab_refuses_what_it_cannot_test() {
+    let folder = folder("bad-lab");
+    refused(
+        &folder,
+        "lab chain",
+        &["nothing to test", "is a chain", "a sheet"],
+    );
+    refused(&folder, "lab nosuch", &["nosuch: ", "drape"]);
+    refused(&folder, "lab drape --material x.toml", &["--material"]);
+    refused(
+        &folder,
+        "lab --material no.toml",
+        &["no.toml: can't be read"],
+    );
+    write(&folder, "file", "");
+    refused(
+        &folder,
+        "lab --out file/x",
+        &["file/x can't be written", "--out"],
+    );
+    let cases = [
+        ("stretch", "strech", ":7: ", "`stretch`"),
+        ("cell = 0.004", "cell = -1", ":3: ", "cell: is -1;"),
+        (
+            "area_density = 0.2",
+            "density = 0.2",
+            ":6: ",
+            "area_density",
+        ),
+        ("bend = 1.0e-5", "", ":5: ", "bend is missing"),
+    ];
+    for (from, to, line, words) in cases {
+        write(&folder, "m.toml", &changed(MATERIAL, from, to));
+        refused(&folder, "lab --material m.toml", &["m.toml", line, words]);
+    }
+    write(&folder, "m.toml", MATERIAL);
+    let set = "lab --material m.toml --set material.stretch=-5";
+    refused(&folder, set, &["m.toml", "material.stretch: is -5;"]);
 }
 
 /// A report that can't be written is refused before the run; so the recording is spared.

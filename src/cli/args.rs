@@ -32,6 +32,8 @@ pub(super) enum Command {
     /// Write the state of a recording as a table.
     #[cfg(feature = "rerun")]
     Export(ExportArgs),
+    /// Test swatches of a scene's cloths: moduli by direction, and bending against the elastica.
+    Lab(LabArgs),
     /// Write the mannequin's mesh again.
     Mannequin {
         /// The OBJ file to write.
@@ -120,6 +122,23 @@ pub(super) struct RunArgs {
     /// Print nothing but errors.
     #[arg(long)]
     pub(super) quiet: bool,
+}
+
+/// What to test and where the results go.
+#[derive(Args, Debug)]
+pub(super) struct LabArgs {
+    /// A built-in scene (see `muslin scenes`) or a TOML file; drape by default.
+    pub(super) scene: Option<String>,
+    /// A TOML file with a table `[material]` in place of a scene, and `springs`, `bending`, `diagonals`,
+    /// `cell` (m) beside it.
+    #[arg(long, value_name = "FILE", conflicts_with = "scene")]
+    pub(super) material: Option<PathBuf>,
+    /// Set a key of the scene or material, such as cloth.0.material.stretch=500 (repeatable).
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub(super) set: Vec<String>,
+    /// Folder for lab.csv, lab.md and the pictures; SCENE-lab by default.
+    #[arg(long, value_name = "DIR")]
+    pub(super) out: Option<PathBuf>,
 }
 
 #[cfg(feature = "rerun")]

@@ -4,6 +4,7 @@ mod args;
 mod check;
 #[cfg(feature = "rerun")]
 mod export;
+mod lab;
 mod mannequin;
 mod progress;
 mod report;
@@ -50,6 +51,7 @@ pub fn main() -> ExitCode {
         Command::Check(args) => check::run(&args),
         #[cfg(feature = "rerun")]
         Command::Export(args) => export::run(&args),
+        Command::Lab(args) => lab::run(&args),
         Command::Mannequin { out } => mannequin::run(&out),
     };
     let (error, code) = match done {

@@ -3,6 +3,7 @@
 use super::fault::{Fault, SceneError};
 use super::schema::Scene;
 use super::{BUILTIN, builtin_scene, validate};
+use serde::de::DeserializeOwned;
 use std::path::{Path, PathBuf};
 use toml::de::{DeTable, DeValue};
 
@@ -70,20 +71,7 @@ impl LoadedScene {
     /// This scene with some keys set to other values.
     fn changed(self, changes: &[String]) -> Result<Self, SceneError> {
         let file = format!("{} with {}", self.file, changes.join(" "));
-        let error = |cause: String| SceneError {
-            file: self.file.clone(),
-            line: None,
-            cause,
-        };
-        let mut value: toml::Value =
-            toml::from_str(&self.text).map_err(|fault| error(fault.message().to_owned()))?;
-        for change in changes {
-            let (key, new) = change.split_once('=').ok_or_else(|| {
-                error(format!("\"{change}\" sets nothing: write --set KEY=VALUE, such as --set solver.dt=0.002"))
-            })?;
-            set(&mut value, key.trim(), literal(new.trim())).map_err(error)?;
-        }
-        let text = toml::to_string(&value).map_err(|fault| error(fault.to_string()))?;
+        let text = with_changes(&self.text, &self.file, changes)?;
         let scene = parse(&text, &file).map_err(|fault| SceneError {
             line: None,
             ..fault
@@ -96,6 +84,30 @@ impl LoadedScene {
             ..self
         })
     }
+}
+
+/// TOML with some keys set to other values.
+pub(super) fn with_changes(
+    text: &str,
+    file: &str,
+    changes: &[String],
+) -> Result<String, SceneError> {
+    let error = |cause: String| SceneError {
+        file: file.to_owned(),
+        line: None,
+        cause,
+    };
+    let mut value: toml::Value =
+        toml::from_str(text).map_err(|fault| error(fault.message().to_owned()))?;
+    for change in changes {
+        let (key, new) = change.split_once('=').ok_or_else(|| {
+            error(format!(
+                "\"{change}\" sets nothing: write --set KEY=VALUE, such as --set solver.dt=0.002"
+            ))
+        })?;
+        set(&mut value, key.trim(), literal(new.trim())).map_err(error)?;
+    }
+    toml::to_string(&value).map_err(|fault| error(fault.to_string()))
 }
 
 /// The TOML of a scene, and its file.
@@ -116,15 +128,20 @@ fn read(name: &str) -> Result<(String, Option<PathBuf>), SceneError> {
             known.join(", ")
         )));
     }
-    let text = std::fs::read_to_string(path).map_err(|fault| {
-        error(format!(
-            "can't be read: {fault}; `muslin scenes` lists the built-in scenes"
-        ))
-    })?;
+    let text = read_file(path, "; `muslin scenes` lists the built-in scenes")?;
     Ok((text, Some(path.to_path_buf())))
 }
 
-fn parse(text: &str, file: &str) -> Result<Scene, SceneError> {
+/// The text of a file; what can be done about one that can't be read is said after the cause.
+pub(super) fn read_file(path: &Path, remedy: &str) -> Result<String, SceneError> {
+    std::fs::read_to_string(path).map_err(|fault| SceneError {
+        file: path.display().to_string(),
+        line: None,
+        cause: format!("can't be read: {fault}{remedy}"),
+    })
+}
+
+pub(super) fn parse<T: DeserializeOwned>(text: &str, file: &str) -> Result<T, SceneError> {
     toml::from_str(text).map_err(|fault| SceneError {
         file: file.to_owned(),
         line: fault.span().map(|span| line_at(text, span.start)),

@@ -10,6 +10,7 @@ mod builtin;
 mod doctor;
 mod fault;
 mod load;
+mod material_file;
 mod parts;
 mod place;
 mod read_mesh;
@@ -25,6 +26,7 @@ pub use builtin::{BUILTIN, builtin_mesh, builtin_scene};
 pub use doctor::model_list;
 pub use fault::SceneError;
 pub use load::{LoadedScene, load};
+pub use material_file::load_material;
 pub use schema::{
     BendingName, BlockShape, ChainShape, Cloth, Damping, IntegratorName, Material, ObjShape,
     Obstacle, ObstacleShape, Pin, Record, Scene, Select, Shape, SheetShape, Solver,

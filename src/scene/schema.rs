@@ -345,7 +345,7 @@ fn earth() -> [f64; 3] {
     [0.0, -9.81, 0.0]
 }
 
-fn structural_and_shear() -> Vec<SpringKind> {
+pub(super) fn structural_and_shear() -> Vec<SpringKind> {
     vec![SpringKind::Structural, SpringKind::Shear]
 }
 

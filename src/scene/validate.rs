@@ -219,7 +219,7 @@ fn check_obstacle(at: &str, obstacle: &Obstacle) -> Result<(), Fault> {
     positive(&format!("{at}.thickness"), obstacle.thickness)
 }
 
-fn positive(path: &str, value: f64) -> Result<(), Fault> {
+pub(super) fn positive(path: &str, value: f64) -> Result<(), Fault> {
     if value.is_finite() && value > 0.0 {
         return Ok(());
     }

@@ -12,7 +12,8 @@ use glam::{DMat3, DVec3};
 pub struct Rest {
     /// Newton steps taken.
     pub steps: u32,
-    /// Largest force left on a free particle, over the largest weight or pull that was seen.
+    /// Largest force left on a free particle, over the largest weight or pull that was seen, also at
+    /// pins.
     pub residual: f64,
     /// Whether the tolerance was reached.
     pub found: bool,
@@ -25,7 +26,8 @@ const MAX_STEPS: u32 = 3000;
 const MAX_HALVINGS: u32 = 12;
 
 /// Moves a state to where the energy of its model is least, until no free particle is left with more
-/// than `tolerance` times the largest force seen at the start. Velocities become zero.
+/// than `tolerance` times the largest force that was seen, on it or on a pin, or what is left is
+/// rounding. Velocities become zero.
 ///
 /// Newton's method on the energy with positive semi-definite Jacobians, a mass term μ M that shrinks
 /// while whole steps succeed (Levenberg and Marquardt), and halved steps where the energy doesn't
@@ -37,10 +39,10 @@ pub fn settle(model: &Model, state: &mut State, tolerance: f64) -> Rest {
     let mut scale = 0.0_f64;
     let mut mass_factor = 1e4;
     for steps in 0..MAX_STEPS {
-        let largest = search.find_forces(model, state);
+        let [left, largest] = search.find_forces(model, state);
         scale = scale.max(largest).max(largest_weight(model));
-        let residual = if scale > 0.0 { largest / scale } else { 0.0 };
-        if residual <= tolerance {
+        let residual = if scale > 0.0 { left / scale } else { 0.0 };
+        if residual <= tolerance || left <= search.rounding {
             return rest(steps, residual, true);
         }
         if !search.find_step(model, state, mass_factor) {
@@ -55,7 +57,11 @@ pub fn settle(model: &Model, state: &mut State, tolerance: f64) -> Rest {
         }
         mass_factor = mass_factor.max(1e-6);
     }
-    rest(MAX_STEPS, search.find_forces(model, state) / scale, false)
+    rest(
+        MAX_STEPS,
+        search.find_forces(model, state)[0] / scale,
+        false,
+    )
 }
 
 fn rest(steps: u32, residual: f64, found: bool) -> Rest {
@@ -72,6 +78,14 @@ fn largest_weight(model: &Model) -> f64 {
     heaviest * model.gravity.acceleration.length()
 }
 
+/// The least force that means anything (N): a few roundings of positions x times the stiffness there.
+fn rounding(diagonal: &[DMat3], positions: &[DVec3]) -> f64 {
+    let each = diagonal.iter().zip(positions);
+    let stiffness = |k: &DMat3| k.x_axis.x.max(k.y_axis.y).max(k.z_axis.z);
+    let forces = each.map(|(k, x)| stiffness(k) * x.length());
+    4.0 * f64::EPSILON * forces.fold(0.0, f64::max)
+}
+
 /// Work arrays of the search; one entry a particle unless it says otherwise.
 struct Search {
     matrix: PairMatrix,
@@ -82,6 +96,8 @@ struct Search {
     forces: Vec<DVec3>,
     /// The Newton step.
     step: Vec<DVec3>,
+    /// Force that the rounding of positions makes (N), from the last step on.
+    rounding: f64,
     diagonal: Vec<DMat3>,
     moved: State,
 }
@@ -102,25 +118,27 @@ impl Search {
             pairs,
             forces: vec![DVec3::ZERO; particles],
             step: vec![DVec3::ZERO; particles],
+            rounding: 0.0,
             diagonal: vec![DMat3::ZERO; particles],
             moved: State::at_rest(vec![DVec3::ZERO; particles]),
         }
     }
 
-    /// Sets the forces on free particles; returns the largest (N).
-    fn find_forces(&mut self, model: &Model, state: &State) -> f64 {
+    /// Sets the forces on free particles; returns the largest, and the largest on any (N).
+    fn find_forces(&mut self, model: &Model, state: &State) -> [f64; 2] {
         self.forces.fill(DVec3::ZERO);
         for force in model.forces() {
             force.add_forces(state, &mut self.forces);
         }
-        let mut largest = 0.0_f64;
+        let [mut left, mut largest] = [0.0_f64; 2];
         for (i, force) in self.forces.iter_mut().enumerate() {
+            largest = largest.max(force.length());
             if model.is_pinned(i) {
                 *force = DVec3::ZERO;
             }
-            largest = largest.max(force.length());
+            left = left.max(force.length());
         }
-        largest
+        [left, largest]
     }
 
     /// Solves (K + μ M) step = f; false when that is not positive definite.
@@ -137,6 +155,7 @@ impl Search {
             );
         }
         self.matrix.diagonal(&mut self.diagonal);
+        self.rounding = rounding(&self.diagonal, &state.positions);
         let mut off = self.matrix.off_diagonal();
         for (block, pair) in off.iter_mut().zip(&self.pairs) {
             if pair.iter().any(|&i| model.is_pinned(i as usize)) {
