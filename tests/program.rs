@@ -404,6 +404,7 @@ fn a_mesh_becomes_cloth_or_says_why_not() {
         "bending =",
     ];
     scene_refused(&folder, "in/scene.toml", "", &neighbours);
+}
 
 /// The material of [`SMALL`] on its own, with hinges.
 const MATERIAL: &str = r#"bending = "edge-spring"
