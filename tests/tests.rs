@@ -8,6 +8,7 @@
 )]
 
 mod architecture;
+mod gallery;
 mod laws;
 mod program;
 mod runs;
