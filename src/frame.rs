@@ -19,6 +19,8 @@ pub struct Header {
     pub model_list: String,
     /// Strain at the ends of the colour map (m/m).
     pub strain_range: f32,
+    /// Two corners of the box that is looked at when the recording is opened (m), if the scene says.
+    pub view: Option<[[f32; 3]; 2]>,
     /// Which springs are recorded.
     pub spring_detail: SpringDetail,
     /// The cloths, in the order of [`Frame::cloths`].

@@ -84,6 +84,8 @@ fn a_hanging_chain_is_as_long_as_its_weight_makes_it() {
         let links_key = format!("cloth.0.shape.chain.links={links}");
         let changes = [
             links_key.as_str(),
+            "pin=[{ cloth = \"chain\", select = { corner = [\"left\"] } }]",
+            "cloth.0.start.stretch=[1, 1, 1]",
             "cloth.0.rotate=[0, 0, -90]",
             "cloth.0.material.stretch=20",
             "cloth.0.damping.mass=20",

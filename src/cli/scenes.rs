@@ -8,7 +8,7 @@ pub(super) fn run(name: Option<&str>) -> Result<(), Failure> {
     let text = match name {
         None => BUILTIN
             .iter()
-            .map(|(name, text)| format!("{name:16}{}\n", about(text)))
+            .map(|(name, text)| format!("{name:20}{}\n", about(text)))
             .collect(),
         Some(name) => builtin_scene(name).ok_or_else(|| unknown(name))?.to_owned(),
     };

@@ -44,6 +44,9 @@ impl Capture {
             scene_toml: loaded.text.clone(),
             model_list: model_list(&loaded.scene, model),
             strain_range: single(record.strain_range),
+            view: record
+                .view
+                .map(|corners| corners.map(|corner| point(corner.into()))),
             spring_detail: match record.springs {
                 SpringDetailName::Off => SpringDetail::Off,
                 SpringDetailName::All => SpringDetail::All,

@@ -30,11 +30,15 @@ pub(super) struct Camera {
 }
 
 impl Camera {
-    /// The eye that sees the cloths of the first frame and the obstacles near them.
+    /// The eye that sees what the scene asks for, or else the cloths of the first frame and the
+    /// obstacles near them.
     ///
     /// Of an obstacle that is much larger than the cloth, such as the ground, only the part near
     /// the cloth counts. Without any point it looks at the origin from some metres.
     pub(super) fn framing(header: &Header, first: &Frame) -> Self {
+        if let Some(view) = header.view.as_ref().and_then(Bounds::around) {
+            return Self::looking_at(view.middle(), (view.diagonal() / 2.0).max(1e-3));
+        }
         let cloths = first.cloths.iter().flat_map(|cloth| &cloth.positions);
         let Some(mut view) = Bounds::around(cloths) else {
             return Self::looking_at([0.0, 0.5, 0.0], 1.0);
@@ -173,6 +177,19 @@ mod tests {
         };
         let camera = Camera::framing(&header, &first(&[[0.0; 3], [1.0, 0.0, 0.0]]));
         assert_eq!(camera.target, [0.0, -0.4, 0.0]);
+    }
+
+    #[test]
+    fn a_scene_says_what_to_look_at() {
+        let header = Header {
+            view: Some([[1.0, 2.0, -1.0], [-1.0, 1.0, 1.0]]),
+            ..Header::default()
+        };
+        let camera = Camera::framing(&header, &first(&[[9.0; 3]]));
+        assert_eq!(camera.target, [0.0, 1.5, 0.0]);
+        let away = [0, 1, 2].map(|axis| camera.eye[axis] - camera.target[axis]);
+        let distance = away.iter().map(|x| x * x).sum::<f32>().sqrt();
+        assert!((distance / 1.5 / RADII - 1.0).abs() < 0.01, "{camera:?}");
     }
 
     #[test]

@@ -4,11 +4,33 @@
 pub const BUILTIN: &[(&str, &str)] = &[
     ("drape", include_str!("builtin/drape.toml")),
     ("hanging-cloth", include_str!("builtin/hanging-cloth.toml")),
+    (
+        "zero-length-spring",
+        include_str!("builtin/zero-length-spring.toml"),
+    ),
+    ("spring", include_str!("builtin/spring.toml")),
+    (
+        "rusty-and-oiled",
+        include_str!("builtin/rusty-and-oiled.toml"),
+    ),
+    (
+        "spring-constants",
+        include_str!("builtin/spring-constants.toml"),
+    ),
     ("chain", include_str!("builtin/chain.toml")),
+    ("sheets", include_str!("builtin/sheets.toml")),
+    ("block", include_str!("builtin/block.toml")),
+    ("edge-springs", include_str!("builtin/edge-springs.toml")),
+    ("thin-shell", include_str!("builtin/thin-shell.toml")),
 ];
 
 /// Path and OBJ text of every built-in mesh.
-const MESHES: &[(&str, &str)] = &[("mannequin.obj", include_str!("../../meshes/mannequin.obj"))];
+const MESHES: &[(&str, &str)] = &[
+    ("mannequin.obj", include_str!("../../meshes/mannequin.obj")),
+    ("slab.obj", include_str!("../../meshes/slab.obj")),
+    ("shell.obj", include_str!("../../meshes/shell.obj")),
+    ("tube.obj", include_str!("../../meshes/tube.obj")),
+];
 
 /// The TOML of a built-in scene.
 pub fn builtin_scene(name: &str) -> Option<&'static str> {

@@ -305,6 +305,9 @@ pub struct Record {
     pub strain_range: f64,
     /// Simulated time between checkpoints (s); there is always one at the end.
     pub checkpoint: f64,
+    /// Two corners of the box that is looked at when the recording is opened (m); around the cloths
+    /// and what is near them by default.
+    pub view: Option<[[f64; 3]; 2]>,
 }
 
 /// Which springs are drawn.
@@ -337,6 +340,7 @@ impl Default for Record {
             springs: SpringDetailName::default(),
             strain_range: 0.05,
             checkpoint: 1.0,
+            view: None,
         }
     }
 }

@@ -26,6 +26,9 @@ pub(super) fn check(scene: &Scene) -> Result<(), Fault> {
     positive("record.fps", scene.record.fps)?;
     positive("record.strain_range", scene.record.strain_range)?;
     positive("record.checkpoint", scene.record.checkpoint)?;
+    for corner in scene.record.view.iter().flatten() {
+        finite("record.view", corner)?;
+    }
     if let Some(limit) = &scene.strain_limit {
         positive("strain_limit.max", limit.max)?;
     }
