@@ -37,7 +37,9 @@ impl Drawing {
         let shown = springs::choose(header, frame);
         let states = header.cloths.iter().zip(&frame.cloths);
         for ((paths, (cloth, state)), shown) in self.cloths.iter().zip(states).zip(&shown) {
-            if !cloth.triangles.is_empty() {
+            if cloth.triangles.is_empty() {
+                log_particles(stream, &paths.mesh, state, header.strain_range)?;
+            } else {
                 log_mesh(stream, &paths.mesh, cloth, state, header.strain_range)?;
             }
             for (f, (path, shown)) in paths.springs.iter().zip(shown).enumerate() {
@@ -77,8 +79,8 @@ impl Drawing {
 /// Has this family of springs an entity at all?
 pub(super) fn draws(detail: SpringDetail, cloth: &ClothHeader, family: usize) -> bool {
     let family = cloth.springs.get(family);
-    let structural = family.is_some_and(|family| family.name == "structural");
-    detail != SpringDetail::Off || (cloth.triangles.is_empty() && structural)
+    let links = family.is_some_and(|f| matches!(f.name, "structural" | "zero-length"));
+    detail != SpringDetail::Off || (cloth.triangles.is_empty() && links)
 }
 
 /// Positions, normals and colours; the triangles are static.
@@ -96,6 +98,20 @@ fn log_mesh(
         .with_vertex_normals(&normals)
         .with_vertex_colors(colors);
     stream.log(path.clone(), &mesh)
+}
+
+/// The particles of a chain: with few of them they are the masses that one looks at.
+fn log_particles(
+    stream: &RecordingStream,
+    path: &EntityPath,
+    state: &ClothFrame,
+    range: f32,
+) -> RecordingStreamResult<()> {
+    let colors = state.strain.iter().map(|&s| color::of_strain(s, range));
+    let points = Points3D::update_fields()
+        .with_positions(&state.positions)
+        .with_colors(colors);
+    stream.log(path.clone(), &points)
 }
 
 /// The shown springs of a family, one line each.

@@ -21,6 +21,10 @@ const TOML: &str = "toml";
 const SPRING_WIDTH: f32 = 0.9;
 /// Width of a chain's line: it is all there is to see of it.
 const CHAIN_WIDTH: f32 = 2.5;
+/// Radius of a chain's particles where there are few of them.
+const MASS_RADIUS: f32 = 6.0;
+/// A chain of up to so many particles is looked at for its masses.
+const FEW_PARTICLES: usize = 8;
 /// Radius of a pin.
 const PIN_RADIUS: f32 = 3.0;
 /// Radius of a contact: as small as still shows its colour.
@@ -73,7 +77,12 @@ fn log_cloth(
 ) -> RecordingStreamResult<()> {
     let paths = ClothPaths::new(cloth);
     let chain = cloth.triangles.is_empty();
-    if !chain {
+    if chain {
+        let few = cloth.particles <= FEW_PARTICLES;
+        let radius = if few { MASS_RADIUS } else { CHAIN_WIDTH / 2.0 };
+        let points = Points3D::update_fields().with_radii([Radius::new_ui_points(radius)]);
+        stream.log_static(paths.mesh, &points)?;
+    } else {
         let mesh = Mesh3D::update_fields().with_triangle_indices(&cloth.triangles);
         stream.log_static(paths.mesh, &mesh)?;
     }
