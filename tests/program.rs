@@ -722,7 +722,6 @@ fn recording_without_rerun_is_refused() {
 #[cfg(feature = "rerun")]
 mod recorded {
     use super::{SMALL, contents, folder, muslin, muslin_succeeds, read, refused, report, write};
-    use serde_json::Value;
     use std::fs;
     use std::path::Path;
     use std::process::{Child, Command, ExitStatus, Stdio};

@@ -15,39 +15,21 @@ pub fn model_list(scene: &Scene, model: &Model) -> String {
         model.spring_count(),
         model.cloths.len()
     );
-    for batch in &model.springs {
-        let _ = writeln!(text, "- {} springs: {}", batch.family, batch.springs.len());
-    }
-    let hinges = model.hinges().count();
-    match hinges {
-        0 => part(&mut text, "bending by hinges", false),
-        _ => {
-            let _ = writeln!(text, "- hinges: {hinges}{}", laws(model));
-        }
-    }
-    let clamps = model.particles() - model.cloth_particles();
-    if clamps > 0 {
-        let _ = writeln!(text, "- clamped edges: {clamps}");
-    }
+    elements(&mut text, model);
     let pinned = (0..model.cloth_particles())
         .filter(|&i| model.is_pinned(i))
         .count();
     let _ = writeln!(text, "- pinned particles: {pinned}");
-    part(
-        &mut text,
-        "drag on all motion",
-        model.mass_damping.is_some(),
-    );
-    part(
-        &mut text,
-        "damping of change of length",
-        !model.spring_damping.is_empty(),
-    );
-    part(
-        &mut text,
-        "damping of bending",
-        model.hinge_damping.is_some(),
-    );
+    for (what, modelled) in [
+        ("drag on all motion", model.mass_damping.is_some()),
+        (
+            "damping of change of length",
+            !model.spring_damping.is_empty(),
+        ),
+        ("damping of bending", model.hinge_damping.is_some()),
+    ] {
+        part(&mut text, what, modelled);
+    }
     match &model.strain_limit {
         Some(limit) => {
             let _ = writeln!(
@@ -74,16 +56,28 @@ pub fn model_list(scene: &Scene, model: &Model) -> String {
     text
 }
 
-/// How the hinges bend.
-fn laws(model: &Model) -> String {
-    let mut text = String::new();
-    if let Some(batch) = &model.edge_springs {
-        let _ = write!(text, ", {} edge springs", batch.hinges.len());
+/// Springs by family, hinges by law, clamps.
+fn elements(text: &mut String, model: &Model) {
+    for batch in &model.springs {
+        let _ = writeln!(text, "- {} springs: {}", batch.family, batch.springs.len());
     }
-    if let Some(batch) = &model.discrete_shells {
-        let _ = write!(text, ", {} of discrete shells", batch.hinges.len());
+    let edge_springs = model.edge_springs.as_ref().map(|batch| batch.hinges.len());
+    let shells = model
+        .discrete_shells
+        .as_ref()
+        .map(|batch| batch.hinges.len());
+    for (law, hinges) in [("edge-spring", edge_springs), ("discrete-shell", shells)] {
+        if let Some(hinges) = hinges {
+            let _ = writeln!(text, "- {law} hinges: {hinges}");
+        }
     }
-    text
+    if edge_springs.or(shells).is_none() {
+        part(text, "bending by hinges", false);
+    }
+    let clamps = model.particles() - model.cloth_particles();
+    if clamps > 0 {
+        let _ = writeln!(text, "- clamped edges: {clamps}");
+    }
 }
 
 fn part(text: &mut String, what: &str, modelled: bool) {
