@@ -16,7 +16,7 @@
 //! - [`scene`]: from TOML to a model and a first state.
 //! - [`integrator`]: the schemes. [`energy`]: the ledger. [`simulation`]: one step as named stages.
 //! - [`frame`]: owned snapshots. [`recorder`]: where they go. [`pipeline`]: the two threads.
-//! - [`export`]: states read back. [`lab`]: what simulations are compared with, and pictures of it.
+//! - [`export`]: states read back. [`lab`]: virtual swatch tests of cloths as they are discretised.
 //! - [`cli`]: the program.
 //!
 //! # A tour
@@ -36,8 +36,9 @@
 //! ```
 //! # let loaded = muslin::scene::load("hanging-cloth", &[])?;
 //! # let built = muslin::scene::build(&loaded)?;
-//! let stable = muslin::simulation::stable_step(&built.model, &built.state);
-//! assert!(stable.dt > 1e-4 && stable.dt < 2e-3);
+//! let forecast = muslin::simulation::forecast(&built.model, &built.state);
+//! let stable = forecast.stable_dt(muslin::integrator::Integrator::SymplecticEuler);
+//! assert!(stable > 1e-4 && stable < 2e-3);
 //! # Ok::<(), muslin::scene::SceneError>(())
 //! ```
 //!

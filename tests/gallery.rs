@@ -16,6 +16,7 @@ fn built_in(name: &str) -> Simulation {
         IntegratorName::ImplicitEuler => Integrator::ImplicitEuler {
             linear_tolerance: solver.linear_tolerance,
         },
+        other => panic!("no scene uses {other:?}"),
     };
     Simulation::new(built.model, built.state, integrator, solver.dt)
 }

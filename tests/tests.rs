@@ -14,6 +14,7 @@ mod lab;
 mod laws;
 mod program;
 mod runs;
+mod schemes;
 mod springs;
 mod structures;
 mod support;

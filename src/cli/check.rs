@@ -3,8 +3,9 @@
 use super::Failure;
 use super::args::SceneArgs;
 use super::run::{prepare, threads};
+use crate::integrator::Integrator;
 use crate::scene::model_list;
-use crate::simulation::stable_step;
+use crate::simulation::forecast;
 use std::time::Instant;
 
 /// Steps that are tried to estimate the cost.
@@ -20,26 +21,37 @@ pub(super) fn run(args: &SceneArgs) -> Result<(), Failure> {
         model_list(&loaded.scene, simulation.model())
     );
     let (dt, explicit) = (simulation.dt(), simulation.integrator().is_explicit());
-    let stable = stable_step(simulation.model(), simulation.state());
+    let forecast = forecast(simulation.model(), simulation.state());
     println!(
-        "symplectic-euler: stable up to dt = {:.3e} s (fastest mode {:.3e} rad/s)",
-        stable.dt, stable.omega
+        "fastest mode: {:.3e} rad/s, damped by {:.3e} 1/s",
+        forecast.omega, forecast.damping
     );
-    if let Some((family, [i, j])) = stable.element {
+    if let Some((family, [i, j])) = forecast.element {
         println!(
             "  set by the {family} element between particles {i} and {j}, or the damping on it"
         );
+    }
+    for scheme in Integrator::EXPLICIT {
+        let (name, limit) = (scheme.name(), forecast.stable_dt(scheme));
+        if limit > 0.0 {
+            println!("{name}: stable up to dt = {limit:.3e} s");
+        } else {
+            println!("{name}: stable at no dt, for want of damping");
+        }
     }
     println!("implicit-euler: stable at any dt; its error grows with dt");
     println!(
         "chosen: {} with dt = {dt} s",
         simulation.integrator().name()
     );
-    if explicit && dt > stable.dt {
-        println!(
-            "WARNING: this diverges; use --dt {:.1e} or less, or --integrator implicit-euler",
-            0.9 * stable.dt
-        );
+    let limit = forecast.stable_dt(simulation.integrator());
+    if explicit && dt > limit {
+        let remedy = if limit > 0.0 {
+            format!("--dt {:.1e} or less, or ", 0.9 * limit)
+        } else {
+            String::new()
+        };
+        println!("WARNING: this diverges; use {remedy}--integrator implicit-euler");
         return Ok(());
     }
     let pool = rayon::ThreadPoolBuilder::new()

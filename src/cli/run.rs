@@ -54,7 +54,10 @@ pub(super) fn prepare(args: &SceneArgs) -> Result<(LoadedScene, Simulation, Vec<
     let built = scene::build(&loaded).map_err(Failure::input)?;
     let solver = &loaded.scene.solver;
     let integrator = match solver.integrator {
+        IntegratorName::Euler => Integrator::Euler,
         IntegratorName::SymplecticEuler => Integrator::SymplecticEuler,
+        IntegratorName::Verlet => Integrator::Verlet,
+        IntegratorName::Rk4 => Integrator::Rk4,
         IntegratorName::ImplicitEuler => Integrator::ImplicitEuler {
             linear_tolerance: solver.linear_tolerance,
         },

@@ -1,21 +1,34 @@
 //! Schemes that advance a state by one step: one a file, all on the same forces.
 
 mod constraint;
+mod euler;
+mod explicit;
 mod implicit_euler;
+mod rk4;
 mod symplectic_euler;
+mod verlet;
 
 use crate::collision::Contacts;
 use crate::linear::Solve;
 use crate::model::Model;
 use crate::state::State;
+use euler::Euler;
 use implicit_euler::ImplicitEuler;
+use rk4::Rk4;
 use symplectic_euler::SymplecticEuler;
+use verlet::Verlet;
 
 /// A scheme and its parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Integrator {
+    /// x ← x + dt v, v ← v + dt f(x, v)/m, both from the old state.
+    Euler,
     /// v ← v + dt f(x, v)/m, x ← x + dt v.
     SymplecticEuler,
+    /// Velocity Verlet, second order.
+    Verlet,
+    /// The classical Runge–Kutta scheme, fourth order.
+    Rk4,
     /// One linearised solve a step.
     ImplicitEuler {
         /// Residual at which the solve ends, relative to its start.
@@ -24,23 +37,51 @@ pub enum Integrator {
 }
 
 impl Integrator {
+    /// The schemes that are stable for short steps only.
+    pub const EXPLICIT: [Self; 4] = [Self::Euler, Self::SymplecticEuler, Self::Verlet, Self::Rk4];
+
     /// The scheme's name in scenes and reports.
     pub fn name(self) -> &'static str {
         match self {
+            Self::Euler => "euler",
             Self::SymplecticEuler => "symplectic-euler",
+            Self::Verlet => "verlet",
+            Self::Rk4 => "rk4",
             Self::ImplicitEuler { .. } => "implicit-euler",
         }
     }
 
     /// Whether the scheme is stable for short steps only.
     pub fn is_explicit(self) -> bool {
-        matches!(self, Self::SymplecticEuler)
+        Self::EXPLICIT.contains(&self)
+    }
+
+    /// One step (s) of the oscillator x″ = −ω² x − c v from [x, v], as an explicit scheme takes it;
+    /// `None` for the others. What it does to amplitudes says which steps are stable.
+    pub fn test_step(
+        self,
+        omega_squared: f64,
+        c: f64,
+        dt: f64,
+        start: [f64; 2],
+    ) -> Option<[f64; 2]> {
+        let a = |x: f64, v: f64| -omega_squared * x - c * v;
+        match self {
+            Self::Euler => Some(euler::test_step(a, dt, start)),
+            Self::SymplecticEuler => Some(symplectic_euler::test_step(a, dt, start)),
+            Self::Verlet => Some(verlet::test_step(a, dt, start)),
+            Self::Rk4 => Some(rk4::test_step(a, dt, start)),
+            Self::ImplicitEuler { .. } => None,
+        }
     }
 
     /// The scheme with its work arrays, sized for a model.
     pub fn scheme(self, model: &Model) -> Scheme {
         match self {
+            Self::Euler => Scheme::Euler(Euler::new(model)),
             Self::SymplecticEuler => Scheme::SymplecticEuler(SymplecticEuler::new(model)),
+            Self::Verlet => Scheme::Verlet(Verlet::new(model)),
+            Self::Rk4 => Scheme::Rk4(Box::new(Rk4::new(model))),
             Self::ImplicitEuler { linear_tolerance } => {
                 Scheme::ImplicitEuler(Box::new(ImplicitEuler::new(model, linear_tolerance)))
             }
@@ -51,8 +92,14 @@ impl Integrator {
 /// A scheme at work.
 #[derive(Debug)]
 pub enum Scheme {
+    /// See [`Integrator::Euler`].
+    Euler(Euler),
     /// See [`Integrator::SymplecticEuler`].
     SymplecticEuler(SymplecticEuler),
+    /// See [`Integrator::Verlet`].
+    Verlet(Verlet),
+    /// See [`Integrator::Rk4`].
+    Rk4(Box<Rk4>),
     /// See [`Integrator::ImplicitEuler`].
     ImplicitEuler(Box<ImplicitEuler>),
 }
@@ -69,8 +116,15 @@ impl Scheme {
         state: &mut State,
     ) -> Solve {
         match self {
+            Self::Euler(scheme) => scheme.advance(model, dt, state),
             Self::SymplecticEuler(scheme) => scheme.advance(model, dt, state),
-            Self::ImplicitEuler(scheme) => scheme.advance(model, contacts, dt, state),
+            Self::Verlet(scheme) => scheme.advance(model, dt, state),
+            Self::Rk4(scheme) => scheme.advance(model, dt, state),
+            Self::ImplicitEuler(scheme) => return scheme.advance(model, contacts, dt, state),
+        }
+        Solve {
+            converged: true,
+            ..Solve::default()
         }
     }
 }

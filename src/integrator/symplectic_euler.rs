@@ -1,6 +1,6 @@
 //! Symplectic (semi-implicit) Euler.
 
-use crate::linear::Solve;
+use super::explicit::accelerations;
 use crate::model::Model;
 use crate::state::State;
 use glam::DVec3;
@@ -8,35 +8,31 @@ use glam::DVec3;
 /// Work array of the scheme.
 #[derive(Debug)]
 pub struct SymplecticEuler {
-    /// Force on each particle (N).
-    forces: Vec<DVec3>,
+    /// Acceleration of each particle (m/s²).
+    accelerations: Vec<DVec3>,
 }
 
 impl SymplecticEuler {
     pub(super) fn new(model: &Model) -> Self {
         Self {
-            forces: vec![DVec3::ZERO; model.particles()],
+            accelerations: vec![DVec3::ZERO; model.particles()],
         }
     }
 
     /// v ← v + dt f(x, v)/m, then x ← x + dt v with the new velocity.
     ///
     /// Stable for dt ω ≤ 2 without damping, ω² the largest eigenvalue of M⁻¹K; first order.
-    pub(super) fn advance(&mut self, model: &Model, dt: f64, state: &mut State) -> Solve {
-        self.forces.fill(DVec3::ZERO);
-        for force in model.forces() {
-            force.add_forces(state, &mut self.forces);
-        }
-        for damping in model.dampings() {
-            damping.add_forces(state, &mut self.forces);
-        }
-        for i in 0..self.forces.len() {
-            state.velocities[i] += self.forces[i] * (dt * model.inverse_masses[i]);
+    pub(super) fn advance(&mut self, model: &Model, dt: f64, state: &mut State) {
+        accelerations(model, state, &mut self.accelerations);
+        for (i, a) in self.accelerations.iter().enumerate() {
+            state.velocities[i] += *a * dt;
             state.positions[i] += state.velocities[i] * dt;
         }
-        Solve {
-            converged: true,
-            ..Solve::default()
-        }
     }
+}
+
+/// A step of x″ = a(x, v).
+pub(super) fn test_step(a: impl Fn(f64, f64) -> f64, dt: f64, [x, v]: [f64; 2]) -> [f64; 2] {
+    let v = v + dt * a(x, v);
+    [x + dt * v, v]
 }

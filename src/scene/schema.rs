@@ -286,8 +286,14 @@ pub struct Solver {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum IntegratorName {
+    /// Explicit, of first order, feeds energy into every oscillation: shows why not.
+    Euler,
     /// Explicit, cheap, stable below a largest step.
     SymplecticEuler,
+    /// Explicit, of second order, as cheap.
+    Verlet,
+    /// Explicit, of fourth order, four passes a step.
+    Rk4,
     /// One linearised solve a step, stable at any.
     #[default]
     ImplicitEuler,

@@ -1,7 +1,8 @@
 //! Noticing that a run has lost its sense, and saying why.
 
-use super::{Simulation, stable_step};
+use super::{Simulation, forecast};
 use crate::force::Spring;
+use crate::integrator::Integrator;
 use crate::model::Model;
 use crate::state::State;
 use std::fmt;
@@ -18,12 +19,14 @@ pub struct Diverged {
     /// Name of the cloth, and the particle in it.
     pub particle: (String, usize),
     /// The most strained spring: family, particles in the cloth, strain.
-    pub spring: Option<(&'static str, [usize; 2], f64)>,
+    pub spring: Option<(&'static str, [u32; 2], f64)>,
     /// The step (s).
     pub dt: f64,
-    /// Largest stable step of symplectic Euler at the last good state (s).
+    /// Name of the scheme that the limit is of: the run's own, or symplectic Euler for an implicit run.
+    pub limited: &'static str,
+    /// Its largest stable step at the last good state (s).
     pub stable_dt: f64,
-    /// Whether the scheme is explicit, so that the limit binds it.
+    /// Whether the run's scheme is explicit, so that the limit binds it.
     pub explicit: bool,
 }
 
@@ -71,10 +74,15 @@ impl fmt::Display for Diverged {
         }
         write!(
             f,
-            "; the step is {:.3e} s, the stable step of symplectic-euler {:.3e} s",
-            self.dt, self.stable_dt
+            "; the step is {:.3e} s, the stable step of {} {:.3e} s",
+            self.dt, self.limited, self.stable_dt
         )?;
-        if self.explicit && self.dt > self.stable_dt {
+        if self.explicit && self.stable_dt == 0.0 {
+            write!(
+                f,
+                "; no step is stable: use --integrator symplectic-euler or implicit-euler"
+            )
+        } else if self.explicit && self.dt > self.stable_dt {
             write!(
                 f,
                 "; use --dt {:.1e} or less, or --integrator implicit-euler",
@@ -140,16 +148,23 @@ impl Simulation {
         self.contacts.list.clear(); // they belong to the failed step
         let place = |particle: usize| self.model.place(particle);
         let (cloth, number) = place(particle);
+        let limited = if self.integrator.is_explicit() {
+            self.integrator
+        } else {
+            Integrator::SymplecticEuler
+        };
         Diverged {
             step,
             time,
             sign,
             particle: (cloth.to_owned(), number),
             spring: worst.map(|(family, spring, strain)| {
-                (family, spring.ends.map(|end| place(end as usize).1), strain)
+                let local = |end: u32| u32::try_from(place(end as usize).1).unwrap_or(end);
+                (family, spring.ends.map(local), strain)
             }),
             dt: self.dt,
-            stable_dt: stable_step(&self.model, &self.state).dt,
+            limited: limited.name(),
+            stable_dt: forecast(&self.model, &self.state).stable_dt(limited),
             explicit: self.integrator.is_explicit(),
         }
     }

@@ -7,7 +7,7 @@ mod stats;
 
 pub use divergence::Diverged;
 pub use equilibrium::{Rest, settle};
-pub use stability::{StableStep, stable_step};
+pub use stability::{Forecast, forecast};
 pub use stats::{Stage, StageTimes, Stats};
 
 use crate::collision::{Contacts, Detection, Masses, respond};
