@@ -175,3 +175,22 @@ fn stiffer_strips_hang_less_over_the_edge() {
         assert!(next[2] < next[0] - 0.04, "from stiff to limp: {tips:?} m");
     }
 }
+
+/// Without diagonals a sheet leans as far as gravity, atan(3/9.81) = 17°; diagonals hold it up.
+#[test]
+fn a_sheet_without_diagonals_leans_as_gravity_does() {
+    let mut run = built_in("sheets");
+    run_to(&mut run, 4.0);
+    let leans: Vec<f64> = cloths(&run)
+        .map(|(_, sheet)| {
+            // The middle of the upper and of the lower edge.
+            let way = sheet[sheet.len() - 6] - sheet[5];
+            way.x.atan2(-way.y).to_degrees()
+        })
+        .collect();
+    assert!((leans[0] - 17.0).abs() < 2.0, "{leans:?}");
+    assert!(
+        leans[1..].iter().all(|lean| lean.abs() < 0.7 * leans[0]),
+        "{leans:?}"
+    );
+}

@@ -32,7 +32,12 @@ pub(super) fn run(args: &LabArgs) -> Result<(), Failure> {
     let text = words::markdown(&loaded.file, &findings);
     write(&out, &findings, &text)?;
     let _ = std::io::stdout().write_all(text.as_bytes());
-    println!("\n{}: lab.csv, lab.md and the pictures", out.display());
+    // Whoever reads no further has seen enough.
+    let _ = writeln!(
+        std::io::stdout(),
+        "\n{}: lab.csv, lab.md and the pictures",
+        out.display()
+    );
     Ok(())
 }
 

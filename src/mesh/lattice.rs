@@ -22,6 +22,29 @@ pub struct Lattice {
     pub corners: Vec<(String, u32)>,
 }
 
+impl Lattice {
+    /// How many pieces between second neighbours run along each structural one: two inside, one at an
+    /// end of a row, none in a row of one piece.
+    pub fn bends_along(&self) -> Vec<u32> {
+        let mut neighbours = vec![Vec::new(); self.mesh.positions.len()];
+        for (piece, Segment { ends: [a, b], .. }) in self.structural.iter().enumerate() {
+            neighbours[*a as usize].push((*b, piece));
+            neighbours[*b as usize].push((*a, piece));
+        }
+        let mut along = vec![0; self.structural.len()];
+        for Segment { ends: [a, c], .. } in &self.bend {
+            for &(middle, first) in &neighbours[*a as usize] {
+                let onward = neighbours[middle as usize].iter();
+                for &(_, second) in onward.filter(|(end, _)| end == c) {
+                    along[first] += 1;
+                    along[second] += 1;
+                }
+            }
+        }
+        along
+    }
+}
+
 /// A straight piece between two vertices.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Segment {

@@ -55,7 +55,9 @@ impl Bends {
     /// The mirrored curve is symmetric, so that such a hinge turns by half of what an inner one would
     /// and its half of the energy needs k twice.
     pub(super) fn add(&mut self, placed: &Placed<'_>) -> Result<(), Fault> {
+        let bends = placed.cloth.material.bend.is_some_and(|bend| bend > 0.0);
         let batch = match placed.cloth.bending {
+            _ if !bends => return no_clamps(placed.clamped),
             BendingName::None => return no_clamps(placed.clamped),
             BendingName::EdgeSpring => &mut self.edge_springs,
             BendingName::DiscreteShell => &mut self.discrete_shells,
@@ -163,7 +165,7 @@ fn no_clamps(clamped: &[(usize, Vec<u32>)]) -> Result<(), Fault> {
         None => Ok(()),
         Some((i, _)) => Err(Fault::new(
             format!("pin.{i}.clamp"),
-            "holds the tangent by hinges, and this cloth has none; give it bending = \"edge-spring\" or \"discrete-shell\", or remove clamp",
+            "holds the tangent by hinges, and this cloth has none; give it bending = \"edge-spring\" or \"discrete-shell\" and material.bend above 0, or remove clamp",
         )),
     }
 }

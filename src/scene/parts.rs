@@ -94,9 +94,14 @@ impl Parts {
     fn add_springs(&mut self, kind: SpringKind, cloth: &schema::Cloth, lattice: &Lattice) {
         let offset = index(self.masses.len());
         let family = &mut self.families[kind as usize];
-        for segment in places(kind, lattice) {
+        let along = match kind {
+            SpringKind::Structural => lattice.bends_along(),
+            _ => Vec::new(),
+        };
+        let along = along.into_iter().chain(std::iter::repeat(0));
+        for (segment, bends) in places(kind, lattice).iter().zip(along) {
             let [a, b] = segment.ends.map(|end| lattice.mesh.positions[end as usize]);
-            let stiffness = spring_constant(kind, cloth, segment, b - a);
+            let stiffness = spring_constant(kind, cloth, segment, b - a, bends);
             let rest_length = match kind {
                 SpringKind::ZeroLength => 0.0,
                 _ => (b - a).length(),

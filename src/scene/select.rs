@@ -11,7 +11,7 @@ pub(super) fn select(select: &Select, lattice: &Lattice) -> Result<Vec<u32>, Str
         Select::Edge(name) => {
             let edge = lattice.edges.iter().find(|(known, _)| known == name);
             edge.map(|(_, vertices)| vertices.clone())
-                .ok_or("this shape has no edges; select a corner")?
+                .ok_or("this shape has no named edges; select a corner, vertices or a box")?
         }
         Select::Corner(names) => names
             .iter()
@@ -50,12 +50,16 @@ pub(super) fn select(select: &Select, lattice: &Lattice) -> Result<Vec<u32>, Str
 
 fn corner(name: &str, lattice: &Lattice) -> Result<u32, String> {
     let known = || {
-        lattice
+        let names: Vec<&str> = lattice
             .corners
             .iter()
             .map(|(name, _)| name.as_str())
-            .collect::<Vec<_>>()
-            .join(", ")
+            .collect();
+        if names.is_empty() {
+            "none; select vertices or a box".to_owned()
+        } else {
+            names.join(", ")
+        }
     };
     let found = lattice.corners.iter().find(|(corner, _)| corner == name);
     found

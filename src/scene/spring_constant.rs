@@ -5,12 +5,14 @@ use super::stiffness;
 use crate::mesh::{Diagonals, Segment};
 use glam::DVec3;
 
-/// Spring constant (N/m) of a spring of a cloth that spans `span` (m) at rest.
+/// Spring constant (N/m) of a spring of a cloth that spans `span` (m) at rest; `bends` bend springs run
+/// along it.
 pub(super) fn spring_constant(
     kind: SpringKind,
     cloth: &Cloth,
     segment: &Segment,
     span: DVec3,
+    bends: u32,
 ) -> f64 {
     if let Some(constant) = cloth.material.spring_constant {
         return constant;
@@ -27,7 +29,7 @@ pub(super) fn spring_constant(
         Shape::Chain(_) if kind == SpringKind::Bend => {
             stiffness::bend_chain(rigidity, stretch, length)
         }
-        Shape::Chain(_) => stiffness::link(stretch, rigidity, length),
+        Shape::Chain(_) => stiffness::link(stretch, rigidity, bends, length),
         Shape::Block(_) => stiffness::block(stretch, area, span, has(SpringKind::Shear)),
         Shape::Obj(_) => stiffness::edge(stretch, area, length),
         Shape::Sheet(SheetShape { diagonals, .. }) => {
@@ -41,7 +43,7 @@ pub(super) fn spring_constant(
                 SpringKind::Shear => stiffness::shear(stretch, area, length, *diagonals),
                 SpringKind::Bend => stiffness::bend(rigidity, stretch, area, length, carrying),
                 SpringKind::Structural | SpringKind::ZeroLength => {
-                    stiffness::structural(stretch, rigidity, area, length, carrying)
+                    stiffness::structural(stretch, rigidity, bends, area, length, carrying)
                 }
             }
         }

@@ -73,6 +73,12 @@ fn check_cloth(at: &str, cloth: &Cloth) -> Result<(), Fault> {
     finite(&format!("{at}.start.spin"), &cloth.start.spin)?;
     for factor in cloth.start.stretch {
         positive(&format!("{at}.start.stretch"), factor)?;
+        if !(1e-3..=1e3).contains(&factor) {
+            let cause = format!(
+                "is {factor}; cloth starts between a thousandth and a thousandfold of its size"
+            );
+            return Err(Fault::new(format!("{at}.start.stretch"), cause));
+        }
     }
     check_shape(at, &cloth.shape)?;
     check_density(at, cloth)?;
@@ -115,8 +121,17 @@ fn check_density(at: &str, cloth: &Cloth) -> Result<(), Fault> {
 fn check_stiffness(at: &str, cloth: &Cloth) -> Result<(), Fault> {
     let material = &cloth.material;
     match (material.stretch, material.spring_constant) {
-        (Some(stretch), None) => positive(&format!("{at}.material.stretch"), stretch)?,
-        (None, Some(constant)) => positive(&format!("{at}.material.spring_constant"), constant)?,
+        (Some(stretch), None) => {
+            let key = format!("{at}.material.stretch");
+            positive(&key, stretch)?;
+            let block = matches!(cloth.shape, Shape::Block(_));
+            at_most(&key, stretch, if block { MOST_YOUNG } else { MOST_STRETCH })?;
+        }
+        (None, Some(constant)) => {
+            let key = format!("{at}.material.spring_constant");
+            positive(&key, constant)?;
+            at_most(&key, constant, MOST_STRETCH)?;
+        }
         (Some(_), Some(_)) => {
             let cause = "stands for the same as stretch, which is given too; remove one of them";
             return Err(Fault::new(format!("{at}.material.spring_constant"), cause));
@@ -135,7 +150,11 @@ fn check_stiffness(at: &str, cloth: &Cloth) -> Result<(), Fault> {
         None
     };
     match (material.bend, asks) {
-        (Some(bend), _) => not_negative(&format!("{at}.material.bend"), bend),
+        (Some(bend), _) => {
+            let key = format!("{at}.material.bend");
+            not_negative(&key, bend)?;
+            at_most(&key, bend, MOST_BEND)
+        }
         (None, Some(asks)) => {
             let cause = format!("bend is missing: {asks} the plate rigidity (N·m), such as 1.0e-5");
             Err(Fault::new(format!("{at}.material"), cause))
@@ -229,6 +248,22 @@ pub(super) fn positive(path: &str, value: f64) -> Result<(), Fault> {
     Err(Fault::new(
         path,
         format!("is {value}; it must be a finite number above 0"),
+    ))
+}
+
+/// A millimetre of steel has 2e8 N/m, 2e11 Pa and 20 N·m. Far beyond, a cell's stiffness times its
+/// rounding exceeds its weight, and the results are noise.
+const MOST_STRETCH: f64 = 1e9;
+const MOST_YOUNG: f64 = 1e12;
+const MOST_BEND: f64 = 1e4;
+
+fn at_most(path: &str, value: f64, most: f64) -> Result<(), Fault> {
+    if value <= most {
+        return Ok(());
+    }
+    Err(Fault::new(
+        path,
+        format!("is {value:e}, stiffer than steel; at most {most:e}: is the unit right?"),
     ))
 }
 

@@ -15,7 +15,7 @@ pub struct Rest {
     /// Largest force left on a free particle, over the largest weight or pull that was seen, also at
     /// pins.
     pub residual: f64,
-    /// Whether the tolerance was reached.
+    /// Whether the tolerance was reached, or rounding, where nothing more can be.
     pub found: bool,
 }
 

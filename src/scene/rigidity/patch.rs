@@ -73,9 +73,12 @@ impl Patch {
     }
 
     /// Bends the patch by uniform moments m at its rim: least ½ Σ k θ² − m · Σ θ ℓ n ⊗ n. `None` when a
-    /// vertex isn't held.
+    /// vertex isn't held, or there are too many.
     pub(super) fn relax(&mut self) -> Option<()> {
         let n = self.heights.len();
+        if n > MOST_VERTICES {
+            return None;
+        }
         let mut matrix = vec![0.0; n * n];
         let mut loads = vec![DVec3::ZERO; n];
         for i in (0..n).filter(|&i| self.held[i]) {
@@ -116,6 +119,10 @@ impl Patch {
         plate
     }
 }
+
+/// Four rings have 40 to 90 vertices; a hub of a thousand triangles has them all in its first ring, and
+/// a solve takes the cube of their number.
+const MOST_VERTICES: usize = 300;
 
 fn signed_area([a, b, c]: [DVec2; 3]) -> f64 {
     0.5 * (b - a).perp_dot(c - a)
