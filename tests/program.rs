@@ -330,6 +330,26 @@ fn an_untidy_obstacle_is_repaired_and_counted() {
     says(&ended, &["in/body.obj: ", "inside out"]);
 }
 
+/// Bend springs that can't stand for the rigidity that was asked say so.
+#[test]
+fn bend_springs_that_fall_short_say_so() {
+    let folder = folder("short-bend");
+    let scene = |bend: &str| {
+        let bends = format!(
+            "springs = [\"structural\", \"shear\", \"bend\"]\n[cloth.material]\nbend = {bend}"
+        );
+        write(
+            &folder,
+            "scene.toml",
+            &changed(SMALL, "[cloth.material]", &bends),
+        );
+        muslin_succeeds(&folder, "check scene.toml").out
+    };
+    // 0.375 · 100 N/m · (0.5 m / 8)² / 64.
+    assert!(scene("1.0").contains("stand for D = 2.29e-3 N·m at most"));
+    assert!(!scene("2.0e-3").contains("at most"));
+}
+
 /// A scene whose cloth is an OBJ mesh that hangs from its highest vertex.
 const GARMENT: &str = r#"name = "garment"
 duration = 0.05

@@ -135,7 +135,14 @@ fn flying(damping: &str, scheme: Integrator, dt: f64) -> Simulation {
     let keys = format!(
         "material = {{ linear_density = 0.2, stretch = 10.0 }}\ndamping = {{ {damping} }}\nstart = {{ stretch = [{stretch:?}, 1.0, 1.0], velocity = [1.0, 2.0, 3.0], spin = [0.0, {omega:.1}, 0.0] }}"
     );
-    pair(&keys, false, scheme, dt)
+    let run = pair(&keys, false, scheme, dt);
+    let (_, spin, _) = momenta(&run);
+    let exact = 2.0 * m * (0.25 * stretch).powi(2) * omega;
+    assert!(
+        (spin - DVec3::Y * exact).length() < 1e-12,
+        "starts with {spin}"
+    );
+    run
 }
 
 /// Linear and angular momentum about the centre, and the energy of the spin.

@@ -6,6 +6,7 @@ use super::load::LoadedScene;
 use super::parts::Parts;
 use super::read_mesh::ReadMesh;
 use super::schema::{self, BlockShape, ChainShape, Shape, SheetShape};
+use super::spring_constant::capped_rigidity;
 use crate::mesh::{self, Lattice, Sheet};
 use crate::model::Model;
 use crate::state::State;
@@ -33,6 +34,12 @@ pub fn build(loaded: &LoadedScene) -> Result<Built, SceneError> {
     let mut notes = Vec::new();
     for (i, cloth) in scene.cloth.iter().enumerate() {
         let lattice = lattice(loaded, i, cloth, &mut notes)?;
+        if let Some(borne) = capped_rigidity(cloth) {
+            notes.push(format!(
+                "cloth {}: bend springs of its cells stand for D = {borne:.2e} N·m at most, less than was asked; use larger cells, or bending = \"edge-spring\"",
+                cloth.name
+            ));
+        }
         let pins = scene
             .pin
             .iter()

@@ -49,3 +49,26 @@ pub(super) fn spring_constant(
         }
     }
 }
+
+/// The plate rigidity (N·m) that the bend springs of a sheet's cells can stand for at most, where that
+/// is less than what its material asks for.
+pub(super) fn capped_rigidity(cloth: &Cloth) -> Option<f64> {
+    let (Shape::Sheet(sheet), Some(stretch), Some(asked)) =
+        (&cloth.shape, cloth.material.stretch, cloth.material.bend)
+    else {
+        return None;
+    };
+    if !cloth.springs.contains(&SpringKind::Bend) {
+        return None;
+    }
+    let carrying = if cloth.springs.contains(&SpringKind::Shear) {
+        sheet.diagonals
+    } else {
+        Diagonals::None
+    };
+    let borne = |axis: usize| {
+        let cell = sheet.size[axis] / f64::from(sheet.cells[axis]);
+        stiffness::bearable(asked, stretch, cell, carrying)
+    };
+    Some(borne(0).min(borne(1))).filter(|&borne| borne < asked)
+}

@@ -114,7 +114,7 @@ pub(super) fn link(stretch: f64, rigidity: f64, bends: u32, length: f64) -> f64 
 }
 
 /// The bend springs of a chain, like those of a sheet, take at most half of its load.
-pub(super) fn bearable_chain(rigidity: f64, stretch: f64, length: f64) -> f64 {
+fn bearable_chain(rigidity: f64, stretch: f64, length: f64) -> f64 {
     rigidity.min(stretch * length * length / 128.0)
 }
 
