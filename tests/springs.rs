@@ -137,7 +137,7 @@ fn flying(damping: &str, scheme: Integrator, dt: f64) -> Simulation {
     );
     let run = pair(&keys, false, scheme, dt);
     let (_, spin, _) = momenta(&run);
-    let exact = 2.0 * m * (0.25 * stretch).powi(2) * omega;
+    let exact = 2.0 * m * f64::powi(0.25 * stretch, 2) * omega;
     assert!(
         (spin - DVec3::Y * exact).length() < 1e-12,
         "starts with {spin}"
