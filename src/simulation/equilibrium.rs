@@ -50,7 +50,7 @@ pub fn settle(model: &Model, state: &mut State, tolerance: f64) -> Rest {
             continue;
         }
         match search.descend(model, state) {
-            None => return rest(steps, residual, false),
+            None => return rest(steps, residual, left <= search.rounding),
             Some(0) => mass_factor *= 0.3,
             Some(1) => {}
             Some(_) => mass_factor *= 4.0,
