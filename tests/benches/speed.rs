@@ -50,7 +50,7 @@ fn force_pass(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// Nanoseconds a hinge: one pass over a crumpled sheet of 140 × 140 cells, 58,520 hinges, by either law.
+/// Nanoseconds a hinge: one pass over a crumpled sheet of 140 × 140 cells, some 57,000 hinges, by either law.
 fn hinge_pass(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("force pass, per hinge");
     for law in ["edge-spring", "discrete-shell"] {
