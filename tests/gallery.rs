@@ -3,7 +3,7 @@
 use crate::support::{load, run_to};
 use glam::DVec3;
 use muslin::integrator::Integrator;
-use muslin::scene::{self, BUILTIN, IntegratorName};
+use muslin::scene::{self, BUILTIN};
 use muslin::simulation::Simulation;
 
 /// A built-in scene as it is run by its name.
@@ -11,13 +11,7 @@ fn built_in(name: &str) -> Simulation {
     let loaded = load(name, &[]);
     let built = scene::build(&loaded).unwrap_or_else(|error| panic!("{error}"));
     let solver = &loaded.scene.solver;
-    let integrator = match solver.integrator {
-        IntegratorName::SymplecticEuler => Integrator::SymplecticEuler,
-        IntegratorName::ImplicitEuler => Integrator::ImplicitEuler {
-            linear_tolerance: solver.linear_tolerance,
-        },
-        other => panic!("no scene uses {other:?}"),
-    };
+    let integrator = Integrator::of(solver);
     Simulation::new(built.model, built.state, integrator, solver.dt)
 }
 

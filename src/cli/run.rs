@@ -7,7 +7,7 @@ use crate::frame::{Capture, Header};
 use crate::integrator::Integrator;
 use crate::pipeline::{self, Finished, Plan};
 use crate::recorder::{DiscardRecorder, Recorder};
-use crate::scene::{self, IntegratorName, LoadedScene};
+use crate::scene::{self, LoadedScene};
 use crate::simulation::Simulation;
 use anyhow::{Context as _, anyhow};
 use std::fs::File;
@@ -53,15 +53,7 @@ pub(super) fn prepare(args: &SceneArgs) -> Result<(LoadedScene, Simulation, Vec<
     let loaded = scene::load(&args.scene, &args.changes()).map_err(Failure::input)?;
     let built = scene::build(&loaded).map_err(Failure::input)?;
     let solver = &loaded.scene.solver;
-    let integrator = match solver.integrator {
-        IntegratorName::Euler => Integrator::Euler,
-        IntegratorName::SymplecticEuler => Integrator::SymplecticEuler,
-        IntegratorName::Verlet => Integrator::Verlet,
-        IntegratorName::Rk4 => Integrator::Rk4,
-        IntegratorName::ImplicitEuler => Integrator::ImplicitEuler {
-            linear_tolerance: solver.linear_tolerance,
-        },
-    };
+    let integrator = Integrator::of(solver);
     let simulation = Simulation::new(built.model, built.state, integrator, solver.dt);
     Ok((loaded, simulation, built.notes))
 }

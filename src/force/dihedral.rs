@@ -10,6 +10,7 @@
 //! Source: the gradient is that of Bridson, Marino and Fedkiw 2003 and of Grinspun et al. 2003. The
 //! second derivative is written here as a sum over the two triangles, see [`Wing`].
 
+use crate::linear::outer;
 use glam::{DMat2, DMat3, DVec2, DVec3};
 
 /// The dihedral angle θ (rad) and its gradient ∂θ/∂x (1/m) by corner.
@@ -251,12 +252,6 @@ impl Hessian {
         self.0[start_tip] += outer(start, v[2]);
         self.0[end_tip] += outer(end, v[2]);
     }
-}
-
-/// u vᵀ.
-#[inline]
-fn outer(u: DVec3, v: DVec3) -> DMat3 {
-    DMat3::from_cols(u * v.x, u * v.y, u * v.z)
 }
 
 /// The two wings; `None` when a triangle has collapsed, where θ has no derivatives.

@@ -19,7 +19,7 @@ pub use edge_spring::EdgeSpring;
 pub use gravity::Gravity;
 pub use hinge::{BendingLaw, Hinge, HingeBatch};
 pub use hinge_damping::HingeDamping;
-pub use spring::{Spring, SpringBatch, energy, force, jacobian, jacobian_definite};
+pub use spring::{Spring, SpringBatch, energy, force, jacobian};
 
 use crate::linear::{Assembly, Pattern};
 use crate::state::State;

@@ -32,23 +32,17 @@ pub fn force(d: DVec3, stiffness: f64, rest_length: f64) -> DVec3 {
 
 /// −∂fᵢ/∂xᵢ of a spring (N/m): k [d̂ d̂ᵀ + (1 − ℓ₀/|d|)(1 − d̂ d̂ᵀ)].
 ///
-/// Negative across a compressed spring. At |d| = 0, where the force has no derivative, k·1: the
-/// spring resists every direction in which its ends may part.
-pub fn jacobian(d: DVec3, stiffness: f64, rest_length: f64) -> LineBlock {
-    block(d, stiffness, rest_length, f64::NEG_INFINITY)
-}
-
-/// [`jacobian`] without its negative part, which makes the implicit schemes' matrix indefinite:
-/// k [d̂ d̂ᵀ + max(0, 1 − ℓ₀/|d|)(1 − d̂ d̂ᵀ)].
+/// Negative across a compressed spring: the definite one has max(0, 1 − ℓ₀/|d|) there. At |d| = 0,
+/// where the force has no derivative, k·1: the spring resists every direction in which its ends may
+/// part.
 ///
 /// Source: Choi and Ko 2002.
-pub fn jacobian_definite(d: DVec3, stiffness: f64, rest_length: f64) -> LineBlock {
-    block(d, stiffness, rest_length, 0.0)
-}
-
-/// The Jacobian with the factor across the spring bounded below.
 #[inline]
-fn block(d: DVec3, stiffness: f64, rest_length: f64, across_least: f64) -> LineBlock {
+pub fn jacobian(d: DVec3, stiffness: f64, rest_length: f64, kind: Jacobian) -> LineBlock {
+    let across_least = match kind {
+        Jacobian::Exact => f64::NEG_INFINITY,
+        Jacobian::Definite => 0.0,
+    };
     let length_squared = d.length_squared();
     if length_squared == 0.0 {
         return LineBlock {
@@ -152,21 +146,11 @@ impl Stiffness for SpringBatch {
         Pattern::Lines(self.springs.iter().map(|spring| spring.ends).collect())
     }
 
-    fn add_jacobian(
-        &self,
-        state: &State,
-        scale: f64,
-        jacobian: Jacobian,
-        assembly: &mut Assembly<'_>,
-    ) {
-        let across_least = match jacobian {
-            Jacobian::Exact => f64::NEG_INFINITY,
-            Jacobian::Definite => 0.0,
-        };
+    fn add_jacobian(&self, state: &State, scale: f64, kind: Jacobian, assembly: &mut Assembly<'_>) {
         for (element, spring) in self.springs.iter().enumerate() {
             let d = spring.span(&state.positions);
             let k = scale * spring.stiffness;
-            assembly.add(element, block(d, k, spring.rest_length, across_least));
+            assembly.add(element, jacobian(d, k, spring.rest_length, kind));
         }
     }
 }
@@ -189,7 +173,7 @@ mod tests {
             let (rest, h) = (0.3, 1e-6);
             let around = (1.0 - height * height).sqrt();
             let d = DVec3::new(around * angle.cos(), height, around * angle.sin()) * rest * stretch;
-            let (f, j) = (force(d, k, rest), jacobian(d, k, rest).to_matrix());
+            let (f, j) = (force(d, k, rest), jacobian(d, k, rest, Jacobian::Exact).to_matrix());
             for axis in AXES {
                 // f acts on the first particle and d points away from it: f = +∂E/∂d.
                 let slope = (energy(d + axis * h, k, rest) - energy(d - axis * h, k, rest)) / (2.0 * h);
@@ -204,21 +188,27 @@ mod tests {
     fn definite_jacobian_is_the_exact_one_when_stretched_and_definite_when_not() {
         let stretched = DVec3::new(0.2, 0.3, -0.1);
         assert_eq!(
-            jacobian(stretched, 5.0, 0.1),
-            jacobian_definite(stretched, 5.0, 0.1)
+            jacobian(stretched, 5.0, 0.1, Jacobian::Exact),
+            jacobian(stretched, 5.0, 0.1, Jacobian::Definite)
         );
-        let compressed = jacobian_definite(stretched, 5.0, 1.0).to_matrix();
+        let compressed = jacobian(stretched, 5.0, 1.0, Jacobian::Definite).to_matrix();
         for axis in AXES {
             assert!(axis.dot(compressed * axis) >= 0.0);
         }
         let across = stretched.cross(DVec3::X);
-        assert!(across.dot(jacobian(stretched, 5.0, 1.0).to_matrix() * across) < 0.0);
+        assert!(
+            across.dot(jacobian(stretched, 5.0, 1.0, Jacobian::Exact).to_matrix() * across) < 0.0
+        );
     }
 
     #[test]
     fn a_spring_of_zero_length_is_finite() {
         assert_eq!(force(DVec3::ZERO, 5.0, 1.0), DVec3::ZERO);
-        assert!(jacobian(DVec3::ZERO, 5.0, 1.0).to_matrix().is_finite());
+        assert!(
+            jacobian(DVec3::ZERO, 5.0, 1.0, Jacobian::Exact)
+                .to_matrix()
+                .is_finite()
+        );
         assert!((energy(DVec3::ZERO, 5.0, 1.0) - 2.5).abs() < 1e-15);
     }
 }

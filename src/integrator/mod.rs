@@ -11,6 +11,7 @@ mod verlet;
 use crate::collision::Contacts;
 use crate::linear::Solve;
 use crate::model::Model;
+use crate::scene::{IntegratorName, Solver};
 use crate::state::State;
 use euler::Euler;
 use implicit_euler::ImplicitEuler;
@@ -39,6 +40,19 @@ pub enum Integrator {
 impl Integrator {
     /// The schemes that are stable for short steps only.
     pub const EXPLICIT: [Self; 4] = [Self::Euler, Self::SymplecticEuler, Self::Verlet, Self::Rk4];
+
+    /// The scheme that a scene asks for.
+    pub fn of(solver: &Solver) -> Self {
+        match solver.integrator {
+            IntegratorName::Euler => Self::Euler,
+            IntegratorName::SymplecticEuler => Self::SymplecticEuler,
+            IntegratorName::Verlet => Self::Verlet,
+            IntegratorName::Rk4 => Self::Rk4,
+            IntegratorName::ImplicitEuler => Self::ImplicitEuler {
+                linear_tolerance: solver.linear_tolerance,
+            },
+        }
+    }
 
     /// The scheme's name in scenes and reports.
     pub fn name(self) -> &'static str {

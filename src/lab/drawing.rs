@@ -39,7 +39,7 @@ pub fn pictures(folder: &Path, tested: &Tested) -> Result<Vec<PathBuf>, PictureE
 }
 
 /// A cloth's name as part of a file's.
-pub fn file_name(cloth: &str) -> String {
+fn file_name(cloth: &str) -> String {
     let plain = |c: char| {
         if c.is_alphanumeric() || "-_.".contains(c) {
             c

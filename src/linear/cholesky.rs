@@ -96,11 +96,6 @@ impl Cholesky {
         self.pattern.ncols() / 3
     }
 
-    /// Numbers in the factor L: what a solve reads twice.
-    pub fn factor_entries(&self) -> usize {
-        self.factor.len()
-    }
-
     /// Factorises the matrix with block `diagonal[i]` at (i, i), of which the upper half is read, and
     /// for every pair (i, j) the block `off[pair]` at (i, j) and its transpose at (j, i). Blocks of
     /// pairs that were given twice are added.

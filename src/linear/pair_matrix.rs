@@ -60,12 +60,16 @@ pub struct LineBlock {
     pub d: DVec3,
 }
 
+/// u vᵀ.
+#[inline]
+pub fn outer(u: DVec3, v: DVec3) -> DMat3 {
+    DMat3::from_cols(u * v.x, u * v.y, u * v.z)
+}
+
 impl LineBlock {
     /// B as a matrix.
     pub fn to_matrix(self) -> DMat3 {
-        let e = self.d * self.e;
-        let outer = DMat3::from_cols(e * self.d.x, e * self.d.y, e * self.d.z);
-        outer + DMat3::from_diagonal(DVec3::splat(self.a))
+        outer(self.d * self.e, self.d) + DMat3::from_diagonal(DVec3::splat(self.a))
     }
 }
 

@@ -1,5 +1,6 @@
 //! The plate that a net of hinges is on average, and its compliance in any direction.
 
+use crate::linear::outer;
 use glam::{DMat3, DVec3};
 use std::f64::consts::PI;
 
@@ -138,9 +139,4 @@ fn largest(matrix: DMat3) -> DVec3 {
     let longer = |a: DVec3, b: DVec3| if b.length() > a.length() { b } else { a };
     let column = columns.into_iter().fold(DVec3::ZERO, longer);
     column.try_normalize().unwrap_or(DVec3::X)
-}
-
-/// u vᵀ.
-fn outer(u: DVec3, v: DVec3) -> DMat3 {
-    DMat3::from_cols(u * v.x, u * v.y, u * v.z)
 }
