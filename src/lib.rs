@@ -6,15 +6,15 @@
 //! Data flows one way through the rooms, and a room names only those before it:
 //!
 //! ```text
-//! mesh → linear → state → force → strain_limit → collision → model → scene → integrator → energy → simulation → frame → recorder → pipeline → export → lab → cli
+//! mesh → linear → state → force → strain_limit → collision → model → energy → scene → integrator → simulation → frame → recorder → pipeline → export → lab → cli
 //! ```
 //!
 //! - [`mesh`]: triangle meshes, the shapes of cloth, distances to bodies; no physics.
 //! - [`linear`]: the matrix of the implicit schemes and its solvers.
-//! - [`state`]: what moves. [`model`]: what doesn't.
+//! - [`state`]: what moves. [`model`]: what doesn't. [`energy`]: what both have, and the ledger.
 //! - [`force`], [`strain_limit`], [`collision`]: the laws.
 //! - [`scene`]: from TOML to a model and a first state.
-//! - [`integrator`]: the schemes. [`energy`]: the ledger. [`simulation`]: one step as named stages.
+//! - [`integrator`]: the schemes. [`simulation`]: one step as named stages.
 //! - [`frame`]: owned snapshots. [`recorder`]: where they go. [`pipeline`]: the two threads.
 //! - [`export`]: states read back. [`lab`]: virtual swatch tests of cloths as they are discretised.
 //! - [`cli`]: the program.

@@ -28,7 +28,7 @@ pub use fault::SceneError;
 pub use load::{LoadedScene, load};
 pub use material_file::load_material;
 pub use schema::{
-    BendingName, BlockShape, ChainShape, Cloth, Damping, IntegratorName, Material, ObjShape,
-    Obstacle, ObstacleShape, Pin, Record, Scene, Select, Shape, SheetShape, Solver,
-    SpringDetailName, SpringKind, Start, StrainLimit,
+    BendingName, BlockShape, ChainShape, Cloth, Damping, IntegratorName, LinearSolverName,
+    Material, ObjShape, Obstacle, ObstacleShape, Pin, Record, Scene, Select, Shape, SheetShape,
+    Solver, SpringDetailName, SpringKind, Start, StrainLimit,
 };

@@ -278,8 +278,28 @@ pub struct Solver {
     pub integrator: IntegratorName,
     /// Time step (s).
     pub dt: f64,
-    /// Residual at which a linear solve ends, relative to its start.
+    /// How the linear systems of implicit schemes are solved.
+    pub linear: LinearSolverName,
+    /// Residual at which a linear solve by conjugate gradients ends, relative to its start.
     pub linear_tolerance: f64,
+    /// Force out of balance at which a nonlinear solve ends, relative to the forces that move the
+    /// cloth.
+    pub residual: f64,
+    /// Iterations of a step: sweeps of `xpbd`, the most of the other iterative schemes.
+    pub iterations: Option<u32>,
+}
+
+/// How linear systems are solved.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum LinearSolverName {
+    /// By the one that is expected to take less time, from the mesh and its stiffness.
+    #[default]
+    Auto,
+    /// By conjugate gradients, to `linear_tolerance`.
+    ConjugateGradient,
+    /// By a sparse Cholesky factorisation, to rounding.
+    Cholesky,
 }
 
 /// A scheme's name.
@@ -334,7 +354,10 @@ impl Default for Solver {
         Self {
             integrator: IntegratorName::default(),
             dt: 0.004,
+            linear: LinearSolverName::default(),
             linear_tolerance: 1e-4,
+            residual: 1e-6,
+            iterations: None,
         }
     }
 }
