@@ -45,10 +45,10 @@
 //! An implicit scheme may take longer ones; energy is accounted for on the way:
 //!
 //! ```
-//! use muslin::{energy::Energies, integrator::Integrator, simulation::Simulation};
+//! use muslin::{energy::Energies, integrator::{Integrator, Linear}, simulation::Simulation};
 //! # let loaded = muslin::scene::load("hanging-cloth", &[])?;
 //! # let built = muslin::scene::build(&loaded)?;
-//! let scheme = Integrator::ImplicitEuler { linear_tolerance: 1e-4 };
+//! let scheme = Integrator::ImplicitEuler(Linear::to(1e-4));
 //! let mut simulation = Simulation::new(built.model, built.state, scheme, 0.001);
 //! for _ in 0..100 {
 //!     simulation.step()?;

@@ -2,7 +2,7 @@
 
 use crate::support::{Numbers, fresh_folder, run_to, strip, written};
 use glam::DVec3;
-use muslin::integrator::Integrator;
+use muslin::integrator::{Integrator, Linear};
 use muslin::lab::elastica::elastica;
 use muslin::scene::{self, LoadedScene};
 use muslin::simulation::{Simulation, settle};
@@ -133,9 +133,7 @@ fn a_thin_shell_springs_back_to_its_form() {
             .map(|i| (state.positions[i] - shape[i]).length())
             .fold(0.0, f64::max);
         assert!(start > 0.05, "starts {start} m off");
-        let scheme = Integrator::ImplicitEuler {
-            linear_tolerance: 1e-6,
-        };
+        let scheme = Integrator::ImplicitEuler(Linear::to(1e-6));
         let mut run = Simulation::new(built.model, state, scheme, 0.004);
         run_to(&mut run, 4.0);
         let off = (0..shape.len()).map(|i| (run.state().positions[i] - shape[i]).length());

@@ -2,7 +2,7 @@
 
 use crate::support::{IMPLICIT, load, simulation};
 use muslin::frame::{Capture, Frame};
-use muslin::integrator::Integrator;
+use muslin::integrator::{Integrator, Linear};
 use muslin::pipeline::{self, Finished, PipelineError, Plan};
 use muslin::recorder::{MemoryRecorder, RecordError, Recorded, Recorder};
 use muslin::scene;
@@ -19,9 +19,7 @@ fn run(
 ) -> Result<Finished, PipelineError> {
     let loaded = load("drape", changes);
     let built = scene::build(&loaded).unwrap();
-    let scheme = Integrator::ImplicitEuler {
-        linear_tolerance: loaded.scene.solver.linear_tolerance,
-    };
+    let scheme = Integrator::ImplicitEuler(Linear::to(loaded.scene.solver.linear_tolerance));
     let simulation = Simulation::new(built.model, built.state, scheme, loaded.scene.solver.dt);
     let (capture, _) = Capture::new(&loaded, &simulation);
     let stop = AtomicBool::new(false);

@@ -3,7 +3,7 @@
 use crate::support::{IMPLICIT, fresh_folder, run_to, simulation, strip, written};
 use glam::DVec3;
 use muslin::energy::Energies;
-use muslin::integrator::Integrator;
+use muslin::integrator::{Integrator, Linear, Nonlinear};
 use muslin::scene;
 use muslin::simulation::{Simulation, forecast};
 
@@ -11,6 +11,13 @@ use muslin::simulation::{Simulation, forecast};
 /// With both dampings, so that velocity-dependent forces count.
 const CHAIN: &str = "name = \"swing\"\nduration = 1.0\n[[cloth]]\nname = \"chain\"\nshape = { chain = { length = 1.0, links = 10 } }\nmaterial = { linear_density = 0.1, stretch = 20.0 }\ndamping = { mass = 0.5, stiffness = 0.002 }\n[[pin]]\ncloth = \"chain\"\nselect = { corner = [\"left\"] }\n";
 const SHEET: &str = "name = \"swing\"\nduration = 1.0\n[[cloth]]\nname = \"sheet\"\nshape = { sheet = { size = [0.5, 0.5], cells = [4, 4], diagonals = \"both\" } }\nbending = \"discrete-shell\"\nmaterial = { area_density = 0.2, stretch = 20.0, bend = 1.0e-3 }\ndamping = { mass = 0.5, stiffness = 0.002 }\n[[pin]]\ncloth = \"sheet\"\nselect = { corner = [\"left-near\", \"right-near\"] }\n";
+
+/// Nonlinear solves that are far more exact than the steps.
+const SOLVED: Nonlinear = Nonlinear {
+    residual: 1e-10,
+    iterations: 50,
+    linear: Linear::to(1e-6),
+};
 
 fn run(text: &str, scheme: Integrator, dt: f64) -> Simulation {
     let built = scene::build(&written("scheme", text)).unwrap();
@@ -73,16 +80,48 @@ fn verlet_is_of_second_order() {
 }
 
 #[test]
+fn newton_is_of_first_order() {
+    check_order(Integrator::Newton(SOLVED), 2e-3, 0.9);
+}
+
+#[test]
+fn implicit_midpoint_is_of_second_order() {
+    check_order(Integrator::ImplicitMidpoint(SOLVED), 2e-3, 1.8);
+}
+
+#[test]
+fn bdf2_is_of_second_order() {
+    check_order(Integrator::Bdf2(SOLVED), 2e-3, 1.8);
+}
+
+#[test]
 fn rk4_is_of_fourth_order() {
     check_order(Integrator::Rk4, 2e-3, 3.6);
 }
 
+/// The error is within a factor of ten of what was asked, either way.
+#[test]
+fn dopri5_meets_its_tolerance() {
+    for (what, text) in [("chain", CHAIN), ("sheet", SHEET)] {
+        let reference = positions(text, Integrator::Rk4, 2e-5);
+        for tolerance in [1e-3, 1e-4, 1e-5, 1e-6, 1e-7] {
+            let scheme = Integrator::Dopri5 { tolerance };
+            let at = positions(text, scheme, 0.25);
+            let error = distance(&at, &reference) / 0.25;
+            println!("dopri5, {what}, {tolerance} m a second: {error}");
+            assert!(
+                error < 10.0 * tolerance && error > 0.1 * tolerance,
+                "{what}: {error} against {tolerance} m a second"
+            );
+        }
+    }
+}
+
 /// An undamped sheet that swings for 10,000 steps: kinetic, gravitational and elastic energy together
 /// stay within 1 % of what is exchanged.
-#[test]
-fn verlet_keeps_the_energy() {
+fn check_energy(scheme: Integrator, dt: f64) {
     let text = SHEET.replace("damping = { mass = 0.5, stiffness = 0.002 }\n", "");
-    let mut run = run(&text, Integrator::Verlet, 2e-4);
+    let mut run = run(&text, scheme, dt);
     let total = |run: &Simulation| Energies::of(run.model(), run.state()).total();
     let (start, mut drift, mut kinetic) = (total(&run), 0.0_f64, 0.0_f64);
     for _ in 0..10_000 {
@@ -90,7 +129,22 @@ fn verlet_keeps_the_energy() {
         drift = drift.max((total(&run) - start).abs());
         kinetic = kinetic.max(Energies::of(run.model(), run.state()).kinetic);
     }
-    assert!(drift < 0.01 * kinetic, "{drift} J of {kinetic} J");
+    println!("{}: {drift} J of {kinetic} J", scheme.name());
+    assert!(
+        drift < 0.01 * kinetic,
+        "{}: {drift} J of {kinetic} J",
+        scheme.name()
+    );
+}
+
+#[test]
+fn verlet_keeps_the_energy() {
+    check_energy(Integrator::Verlet, 2e-4);
+}
+
+#[test]
+fn implicit_midpoint_keeps_the_energy() {
+    check_energy(Integrator::ImplicitMidpoint(SOLVED), 5e-4);
 }
 
 /// The step at which small vibrations about rest begin to grow, found by running, against the
@@ -173,6 +227,9 @@ fn all_schemes_have_one_answer() {
         (Integrator::SymplecticEuler, 1e-4),
         (Integrator::Verlet, 1e-4),
         (IMPLICIT, 2e-4),
+        (Integrator::Newton(SOLVED), 2e-4),
+        (Integrator::ImplicitMidpoint(SOLVED), 1e-3),
+        (Integrator::Bdf2(SOLVED), 1e-3),
     ] {
         let error = distance(&at(scheme, dt), &reference);
         println!("{} at {dt} s: {:.3} mm", scheme.name(), 1e3 * error);

@@ -3,14 +3,12 @@
 use crate::support::written;
 use glam::DVec3;
 use muslin::energy::kinetic;
-use muslin::integrator::Integrator;
+use muslin::integrator::{Integrator, Linear};
 use muslin::scene;
 use muslin::simulation::Simulation;
 use std::f64::consts::TAU;
 
-const EXACT_SOLVES: Integrator = Integrator::ImplicitEuler {
-    linear_tolerance: 1e-14,
-};
+const EXACT_SOLVES: Integrator = Integrator::ImplicitEuler(Linear::to(1e-14));
 
 /// A pair of masses of 0.05 kg, 0.5 m apart at rest; the first one pinned or not.
 fn pair(keys: &str, pinned: bool, scheme: Integrator, dt: f64) -> Simulation {

@@ -2,7 +2,7 @@
 
 use crate::support::{IMPLICIT, run_to, simulation};
 use glam::DVec3;
-use muslin::integrator::Integrator;
+use muslin::integrator::{Integrator, Linear};
 use muslin::mesh::{Surface, TriMesh};
 
 #[test]
@@ -40,9 +40,7 @@ fn free_fall_is_exact_for_both_schemes() {
 /// Sag of the middle of `hanging-cloth`'s upper edge and drop of its lower edge below the pins (m).
 fn sags(cells: u32) -> [f64; 2] {
     let cells_key = format!("cloth.0.shape.sheet.cells=[{cells}, {cells}]");
-    let scheme = Integrator::ImplicitEuler {
-        linear_tolerance: 1e-4,
-    };
+    let scheme = Integrator::ImplicitEuler(Linear::to(1e-4));
     let changes = [cells_key.as_str(), "cloth.0.damping.mass=4"];
     let mut run = simulation("hanging-cloth", &changes, scheme, 0.01);
     run_to(&mut run, 5.0);

@@ -138,7 +138,6 @@ mod tests {
     use super::*;
     use crate::force::{DiscreteShell, EdgeSpring, HingeDamping};
     use crate::linear::PairMatrix;
-    use glam::DMat3;
     use proptest::prelude::*;
     use std::f64::consts::PI;
 
@@ -287,7 +286,8 @@ mod tests {
         let batch = one::<EdgeSpring>(0.0);
         let [exact, definite] = [Jacobian::Exact, Jacobian::Definite].map(|kind| {
             let pattern = batch.pattern();
-            matrix_of(&pattern, |a| batch.add_jacobian(&state, 1.0, kind, a)).off_diagonal()
+            let matrix = matrix_of(&pattern, |a| batch.add_jacobian(&state, 1.0, kind, a));
+            matrix.off_diagonal().collect::<Vec<_>>()
         });
         let size = exact[0]
             .to_cols_array()
@@ -325,7 +325,7 @@ mod tests {
                     let matrix =
                         matrix_of(&law.pattern(), |a| law.add_jacobian(&state, 1.0, kind, a));
                     assert!(
-                        matrix.off_diagonal().iter().all(DMat3::is_finite),
+                        matrix.off_diagonal().all(|block| block.is_finite()),
                         "{}",
                         law.name()
                     );

@@ -74,16 +74,52 @@ pub(super) fn pressed<'a>(
     with_grip.filter(|(contact, grip)| grip.pressure > 0.0 && !model.is_pinned(contact.particle))
 }
 
-/// Velocity along the normal (m/s) that closes a contact's gap in one step; 0 when there is none.
-pub(super) fn closing_velocity(contact: &Contact, dt: f64) -> f64 {
-    -contact.gap.max(0.0) / dt
+/// Sets the velocities that lasting contacts give: along their normal the one that closes the gap (m/s),
+/// and none across it where they stick.
+pub(super) fn prescribe(
+    model: &Model,
+    contacts: &Contacts,
+    closing: impl Fn(&Contact) -> f64,
+    velocities: &mut [DVec3],
+) {
+    for (contact, grip) in pressed(model, contacts) {
+        let v = &mut velocities[contact.particle];
+        let tangential = if grip.sticks {
+            DVec3::ZERO
+        } else {
+            *v - contact.normal * v.dot(contact.normal)
+        };
+        *v = tangential + contact.normal * closing(contact);
+    }
+}
+
+/// What the constraints had to supply says how each contact goes on: `missing` is what was left of the
+/// equation, of which one step's impulse is `scale` times as much with its sign turned. A contact that
+/// lets go leaves its particle no velocity towards the surface: that was the constraint's own pull.
+pub(super) fn update_grips(
+    contacts: &mut Contacts,
+    missing: &[DVec3],
+    scale: f64,
+    velocities: &mut [DVec3],
+) {
+    for contact in &contacts.list {
+        let i = contact.particle;
+        let grip = contacts.grips[i];
+        if grip.pressure > 0.0 {
+            let v = &mut velocities[i];
+            contacts.grips[i] = regrip(contact, grip, -missing[i] * scale, *v);
+            if contacts.grips[i].pressure == 0.0 {
+                *v -= contact.normal * v.dot(contact.normal).min(0.0);
+            }
+        }
+    }
 }
 
 /// Reads from the impulse that a constraint supplied how the contact goes on.
 ///
 /// A contact that would have to pull lets go. Friction holds while |tangential impulse| ≤ μ pressure, and otherwise
 /// drags with μ pressure against the motion that the pull, or the velocity, asks for.
-pub(super) fn regrip(contact: &Contact, grip: Grip, impulse: DVec3, velocity: DVec3) -> Grip {
+fn regrip(contact: &Contact, grip: Grip, impulse: DVec3, velocity: DVec3) -> Grip {
     let pressure = impulse.dot(contact.normal);
     if pressure <= 0.0 {
         return Grip::default();

@@ -1,13 +1,16 @@
 //! Explicit (forward) Euler: the scheme that shows why not.
 
+use super::Scheme;
 use super::explicit::accelerations;
+use crate::collision::Contacts;
+use crate::linear::Solve;
 use crate::model::Model;
 use crate::state::State;
 use glam::DVec3;
 
 /// Work array of the scheme.
 #[derive(Debug)]
-pub struct Euler {
+pub(super) struct Euler {
     /// Acceleration of each particle (m/s²).
     accelerations: Vec<DVec3>,
 }
@@ -18,17 +21,20 @@ impl Euler {
             accelerations: vec![DVec3::ZERO; model.particles()],
         }
     }
+}
 
+impl Scheme for Euler {
     /// x ← x + dt v, v ← v + dt f(x, v)/m, both from the old state.
     ///
     /// Feeds energy into every undamped oscillation, |amplification| = √(1 + ω² dt²) a step: stable
     /// only for dt ≤ c/ω², c the damping of the mode. First order.
-    pub(super) fn advance(&mut self, model: &Model, dt: f64, state: &mut State) {
+    fn advance(&mut self, model: &Model, _: &mut Contacts, dt: f64, state: &mut State) -> Solve {
         accelerations(model, state, &mut self.accelerations);
         for (i, a) in self.accelerations.iter().enumerate() {
             state.positions[i] += state.velocities[i] * dt;
             state.velocities[i] += *a * dt;
         }
+        Solve::NONE
     }
 }
 

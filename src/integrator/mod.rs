@@ -1,21 +1,37 @@
 //! Schemes that advance a state by one step: one a file, all on the same forces.
 
+mod backward_euler;
+mod bdf2;
 mod constraint;
+mod dopri5;
 mod euler;
 mod explicit;
 mod implicit_euler;
+mod implicit_midpoint;
+mod linear_system;
+mod newton;
+mod retry;
 mod rk4;
 mod symplectic_euler;
 mod verlet;
+
+pub use backward_euler::Nonlinear;
+pub use linear_system::Linear;
 
 use crate::collision::Contacts;
 use crate::linear::Solve;
 use crate::model::Model;
 use crate::scene::{IntegratorName, Solver};
 use crate::state::State;
+use bdf2::Bdf2;
+use dopri5::Dopri5;
 use euler::Euler;
 use implicit_euler::ImplicitEuler;
+use implicit_midpoint::ImplicitMidpoint;
+use newton::Newton;
+use retry::Retry;
 use rk4::Rk4;
+use std::fmt::Debug;
 use symplectic_euler::SymplecticEuler;
 use verlet::Verlet;
 
@@ -30,12 +46,23 @@ pub enum Integrator {
     Verlet,
     /// The classical Runge–Kutta scheme, fourth order.
     Rk4,
-    /// One linearised solve a step.
-    ImplicitEuler {
-        /// Residual at which the solve ends, relative to its start.
-        linear_tolerance: f64,
+    /// Dormand and Prince's pair of orders five and four, its steps chosen by their error.
+    Dopri5 {
+        /// Error of the positions in a second of simulated time (m).
+        tolerance: f64,
     },
+    /// One linearised solve a step.
+    ImplicitEuler(Linear),
+    /// Implicit Euler, its nonlinear equation solved.
+    Newton(Nonlinear),
+    /// The implicit midpoint rule, second order, keeps the energy.
+    ImplicitMidpoint(Nonlinear),
+    /// The backward differentiation formula of second order.
+    Bdf2(Nonlinear),
 }
+
+/// Newton steps of a stage after which it is given up and tried with halves.
+const MOST_NEWTON_STEPS: u32 = 50;
 
 impl Integrator {
     /// The schemes that are stable for short steps only.
@@ -43,14 +70,27 @@ impl Integrator {
 
     /// The scheme that a scene asks for.
     pub fn of(solver: &Solver) -> Self {
+        let linear = Linear {
+            solver: solver.linear,
+            tolerance: solver.linear_tolerance,
+        };
+        let nonlinear = Nonlinear {
+            residual: solver.residual,
+            iterations: solver.iterations.unwrap_or(MOST_NEWTON_STEPS),
+            linear,
+        };
         match solver.integrator {
             IntegratorName::Euler => Self::Euler,
             IntegratorName::SymplecticEuler => Self::SymplecticEuler,
             IntegratorName::Verlet => Self::Verlet,
             IntegratorName::Rk4 => Self::Rk4,
-            IntegratorName::ImplicitEuler => Self::ImplicitEuler {
-                linear_tolerance: solver.linear_tolerance,
+            IntegratorName::Dopri5 => Self::Dopri5 {
+                tolerance: solver.tolerance,
             },
+            IntegratorName::ImplicitEuler => Self::ImplicitEuler(linear),
+            IntegratorName::Newton => Self::Newton(nonlinear),
+            IntegratorName::ImplicitMidpoint => Self::ImplicitMidpoint(nonlinear),
+            IntegratorName::Bdf2 => Self::Bdf2(nonlinear),
         }
     }
 
@@ -61,7 +101,11 @@ impl Integrator {
             Self::SymplecticEuler => "symplectic-euler",
             Self::Verlet => "verlet",
             Self::Rk4 => "rk4",
-            Self::ImplicitEuler { .. } => "implicit-euler",
+            Self::Dopri5 { .. } => "dopri5",
+            Self::ImplicitEuler(_) => "implicit-euler",
+            Self::Newton(_) => "newton",
+            Self::ImplicitMidpoint(_) => "implicit-midpoint",
+            Self::Bdf2(_) => "bdf2",
         }
     }
 
@@ -85,60 +129,51 @@ impl Integrator {
             Self::SymplecticEuler => Some(symplectic_euler::test_step(a, dt, start)),
             Self::Verlet => Some(verlet::test_step(a, dt, start)),
             Self::Rk4 => Some(rk4::test_step(a, dt, start)),
-            Self::ImplicitEuler { .. } => None,
+            Self::Dopri5 { .. }
+            | Self::ImplicitEuler(_)
+            | Self::Newton(_)
+            | Self::ImplicitMidpoint(_)
+            | Self::Bdf2(_) => None,
         }
     }
 
     /// The scheme with its work arrays, sized for a model.
-    pub fn scheme(self, model: &Model) -> Scheme {
+    pub fn scheme(self, model: &Model) -> Box<dyn Scheme> {
         match self {
-            Self::Euler => Scheme::Euler(Euler::new(model)),
-            Self::SymplecticEuler => Scheme::SymplecticEuler(SymplecticEuler::new(model)),
-            Self::Verlet => Scheme::Verlet(Verlet::new(model)),
-            Self::Rk4 => Scheme::Rk4(Box::new(Rk4::new(model))),
-            Self::ImplicitEuler { linear_tolerance } => {
-                Scheme::ImplicitEuler(Box::new(ImplicitEuler::new(model, linear_tolerance)))
+            Self::Euler => Box::new(Euler::new(model)),
+            Self::SymplecticEuler => Box::new(SymplecticEuler::new(model)),
+            Self::Verlet => Box::new(Verlet::new(model)),
+            Self::Rk4 => Box::new(Rk4::new(model)),
+            Self::Dopri5 { tolerance } => Box::new(Dopri5::new(model, tolerance)),
+            Self::ImplicitEuler(linear) => {
+                Box::new(Retry::new(model, ImplicitEuler::new(model, linear)))
             }
+            Self::Newton(settings) => Box::new(Retry::new(model, Newton::new(model, settings))),
+            Self::ImplicitMidpoint(settings) => {
+                Box::new(Retry::new(model, ImplicitMidpoint::new(model, settings)))
+            }
+            Self::Bdf2(settings) => Box::new(Retry::new(model, Bdf2::new(model, settings))),
         }
     }
 }
 
 /// A scheme at work.
-#[derive(Debug)]
-pub enum Scheme {
-    /// See [`Integrator::Euler`].
-    Euler(Euler),
-    /// See [`Integrator::SymplecticEuler`].
-    SymplecticEuler(SymplecticEuler),
-    /// See [`Integrator::Verlet`].
-    Verlet(Verlet),
-    /// See [`Integrator::Rk4`].
-    Rk4(Box<Rk4>),
-    /// See [`Integrator::ImplicitEuler`].
-    ImplicitEuler(Box<ImplicitEuler>),
-}
-
-impl Scheme {
-    /// Advances positions and velocities by `dt` (s); time is the caller's.
+pub trait Scheme: Debug + Send {
+    /// Advances positions and velocities by `dt` (s). The state's time is that of the start and may be
+    /// changed on the way; what it is afterwards is the caller's.
     ///
     /// `contacts` are those that the last step left; the scheme may use and update their grips.
-    pub fn advance(
+    fn advance(
         &mut self,
         model: &Model,
         contacts: &mut Contacts,
         dt: f64,
         state: &mut State,
-    ) -> Solve {
-        match self {
-            Self::Euler(scheme) => scheme.advance(model, dt, state),
-            Self::SymplecticEuler(scheme) => scheme.advance(model, dt, state),
-            Self::Verlet(scheme) => scheme.advance(model, dt, state),
-            Self::Rk4(scheme) => scheme.advance(model, dt, state),
-            Self::ImplicitEuler(scheme) => return scheme.advance(model, contacts, dt, state),
-        }
-        Solve {
-            converged: true,
-            ..Solve::default()
-        }
-    }
+    ) -> Solve;
+
+    /// Keeps what the scheme carries over from step to step, in case that the next one is tried again.
+    fn remember(&mut self) {}
+
+    /// Goes back to what was kept.
+    fn recall(&mut self) {}
 }

@@ -2,14 +2,17 @@
 //!
 //! Source: Kutta 1901.
 
+use super::Scheme;
 use super::explicit::accelerations;
+use crate::collision::Contacts;
+use crate::linear::Solve;
 use crate::model::Model;
 use crate::state::State;
 use glam::DVec3;
 
 /// Work arrays of the scheme; one entry a particle.
 #[derive(Debug)]
-pub struct Rk4 {
+pub(super) struct Rk4 {
     /// The state at the start of the step.
     start: State,
     /// Acceleration of the present stage (m/s²).
@@ -35,11 +38,13 @@ impl Rk4 {
             sums: [zero.clone(), zero],
         }
     }
+}
 
+impl Scheme for Rk4 {
     /// Four stages: slopes at the start, twice in the middle and at the end, weighted 1 : 2 : 2 : 1.
     ///
     /// Fourth order on smooth problems; stable for dt ω ≤ 2√2 without damping, and slightly damping.
-    pub(super) fn advance(&mut self, model: &Model, dt: f64, state: &mut State) {
+    fn advance(&mut self, model: &Model, _: &mut Contacts, dt: f64, state: &mut State) -> Solve {
         self.start.copy_from(state);
         self.sums.iter_mut().for_each(|sum| sum.fill(DVec3::ZERO));
         for (weight, ahead) in STAGES {
@@ -56,6 +61,7 @@ impl Rk4 {
             state.positions[i] = self.start.positions[i] + self.sums[0][i] * dt;
             state.velocities[i] = self.start.velocities[i] + self.sums[1][i] * dt;
         }
+        Solve::NONE
     }
 }
 

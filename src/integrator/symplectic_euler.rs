@@ -1,13 +1,16 @@
 //! Symplectic (semi-implicit) Euler.
 
+use super::Scheme;
 use super::explicit::accelerations;
+use crate::collision::Contacts;
+use crate::linear::Solve;
 use crate::model::Model;
 use crate::state::State;
 use glam::DVec3;
 
 /// Work array of the scheme.
 #[derive(Debug)]
-pub struct SymplecticEuler {
+pub(super) struct SymplecticEuler {
     /// Acceleration of each particle (m/s²).
     accelerations: Vec<DVec3>,
 }
@@ -18,16 +21,19 @@ impl SymplecticEuler {
             accelerations: vec![DVec3::ZERO; model.particles()],
         }
     }
+}
 
+impl Scheme for SymplecticEuler {
     /// v ← v + dt f(x, v)/m, then x ← x + dt v with the new velocity.
     ///
     /// Stable for dt ω ≤ 2 without damping, ω² the largest eigenvalue of M⁻¹K; first order.
-    pub(super) fn advance(&mut self, model: &Model, dt: f64, state: &mut State) {
+    fn advance(&mut self, model: &Model, _: &mut Contacts, dt: f64, state: &mut State) -> Solve {
         accelerations(model, state, &mut self.accelerations);
         for (i, a) in self.accelerations.iter().enumerate() {
             state.velocities[i] += *a * dt;
             state.positions[i] += state.velocities[i] * dt;
         }
+        Solve::NONE
     }
 }
 

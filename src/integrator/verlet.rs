@@ -3,13 +3,16 @@
 //! Source: Swope et al. 1982; the prediction of the velocity is that of Groot and Warren 1997 with
 //! λ = 1.
 
+use super::Scheme;
+use crate::collision::Contacts;
+use crate::linear::Solve;
 use crate::model::Model;
 use crate::state::State;
 use glam::DVec3;
 
 /// Work arrays of the scheme; one entry a particle.
 #[derive(Debug)]
-pub struct Verlet {
+pub(super) struct Verlet {
     /// Forces of the laws (N) at `at`, which the next step begins with.
     forces: Vec<DVec3>,
     /// Positions at which `forces` was taken (m): limits and contact may have moved particles since.
@@ -32,12 +35,29 @@ impl Verlet {
         }
     }
 
+    fn take_forces(&mut self, model: &Model, state: &State) {
+        self.forces.fill(DVec3::ZERO);
+        for force in model.forces() {
+            force.add_forces(state, &mut self.forces);
+        }
+        self.at.copy_from_slice(&state.positions);
+    }
+
+    fn take_damping(&mut self, model: &Model, state: &State) {
+        self.damping.fill(DVec3::ZERO);
+        for damping in model.dampings() {
+            damping.add_forces(state, &mut self.damping);
+        }
+    }
+}
+
+impl Scheme for Verlet {
     /// v½ = v₀ + dt/2 a(x₀, v₀), x₁ = x₀ + dt v½, v₁ = v½ + dt/2 a(x₁, v̂) with v̂ = v₀ + dt a(x₀, v₀).
     ///
     /// Damping asks for v₁ itself on the right; the prediction v̂ is off by dt², which leaves the
     /// scheme of second order. Without damping it is symplectic and stable for dt ω ≤ 2. One pass of
     /// the laws' forces a step.
-    pub(super) fn advance(&mut self, model: &Model, dt: f64, state: &mut State) {
+    fn advance(&mut self, model: &Model, _: &mut Contacts, dt: f64, state: &mut State) -> Solve {
         if self.at != state.positions {
             self.take_forces(model, state);
         }
@@ -54,21 +74,7 @@ impl Verlet {
             let gain = (self.forces[i] + self.damping[i]) * (0.5 * dt * model.inverse_masses[i]);
             state.velocities[i] = self.middle[i] + gain;
         }
-    }
-
-    fn take_forces(&mut self, model: &Model, state: &State) {
-        self.forces.fill(DVec3::ZERO);
-        for force in model.forces() {
-            force.add_forces(state, &mut self.forces);
-        }
-        self.at.copy_from_slice(&state.positions);
-    }
-
-    fn take_damping(&mut self, model: &Model, state: &State) {
-        self.damping.fill(DVec3::ZERO);
-        for damping in model.dampings() {
-            damping.add_forces(state, &mut self.damping);
-        }
+        Solve::NONE
     }
 }
 

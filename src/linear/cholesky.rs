@@ -37,6 +37,9 @@ pub struct Cholesky {
     work: MemBuffer,
 }
 
+/// Entries of the largest factor: 4 GB, of a sheet of some 500 × 500 particles.
+const MOST_ENTRIES: usize = 500_000_000;
+
 /// The matrix has a direction in which it is not positive: x·A x ≤ 0 for some x, or not a number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the matrix is not positive definite")]
@@ -64,23 +67,23 @@ impl fmt::Debug for Cholesky {
 
 impl Cholesky {
     /// Finds the order of elimination and the pattern of the factor for a matrix with blocks on its
-    /// diagonal and at `pairs` (i, j), i ≠ j, in any order and direction, repeated or not.
+    /// diagonal and at `pairs` (i, j), i ≠ j, in any order and direction, repeated or not; `None` when the
+    /// factor has more than [`MOST_ENTRIES`].
     ///
     /// # Panics
     ///
-    /// When a pair is (i, i) or names a row that isn't there, or when the factor has more than 2³¹
-    /// entries.
-    pub fn new(rows: usize, pairs: &[[u32; 2]]) -> Self {
+    /// When a pair is (i, i) or names a row that isn't there.
+    pub fn new(rows: usize, pairs: &[[u32; 2]]) -> Option<Self> {
         let (pattern, places) = upper_half(rows, pairs);
         let symbolic = factorize_symbolic_cholesky(
             pattern.as_ref(),
             Side::Upper,
             SymmetricOrdering::Amd,
             CholeskySymbolicParams::default(),
-        )
-        .expect("the factor fits in memory and its entries can be counted");
+        );
+        let symbolic = symbolic.ok().filter(|s| s.len_val() <= MOST_ENTRIES)?;
         let work = symbolic.factorize_numeric_llt_scratch::<f64>(Par::Seq, Spec::default());
-        Self {
+        Some(Self {
             values: vec![0.0; pattern.row_idx().len()],
             factor: vec![0.0; symbolic.len_val()],
             work: MemBuffer::new(work),
@@ -88,12 +91,20 @@ impl Cholesky {
             pattern,
             places,
             symbolic,
-        }
+        })
     }
 
     /// Block rows of the matrix.
     pub fn rows(&self) -> usize {
         self.pattern.ncols() / 3
+    }
+
+    /// Multiplications that a factorisation takes, about: the squares of the entries of L by column, at
+    /// their mean.
+    pub fn operations(&self) -> f64 {
+        #[expect(clippy::cast_precision_loss, reason = "a rough figure")]
+        let [entries, columns] = [self.factor.len(), 3 * self.rows()].map(|n| n as f64);
+        entries * entries / columns.max(1.0)
     }
 
     /// Factorises the matrix with block `diagonal[i]` at (i, i), of which the upper half is read, and
@@ -278,7 +289,7 @@ mod tests {
     fn solutions_give_back_the_right_hand_side() {
         for rows in [45, 400] {
             let pairs = pairs(rows);
-            let mut cholesky = Cholesky::new(rows as usize, &pairs);
+            let mut cholesky = Cholesky::new(rows as usize, &pairs).unwrap();
             for scale in [1.0, 1e3, 1e-3] {
                 let (diagonal, off) = (diagonal(rows, &pairs, scale), off(&pairs, scale));
                 cholesky.factor(&diagonal, &off).unwrap();
@@ -302,7 +313,7 @@ mod tests {
         let off = DMat3::from_cols_array(&[0.0, 1.0, 2.0, 0.0, 0.0, 3.0, 0.0, 0.0, 0.0]);
         let diagonal = [DMat3::from_diagonal(DVec3::splat(10.0)); 2];
         for (pair, ahead) in [([0, 1], off), ([1, 0], off.transpose())] {
-            let mut cholesky = Cholesky::new(2, &[pair]);
+            let mut cholesky = Cholesky::new(2, &[pair]).unwrap();
             cholesky.factor(&diagonal, &[ahead]).unwrap();
             let exact = [DVec3::new(1.0, 2.0, 3.0), DVec3::new(-1.0, 0.5, 4.0)];
             let mut x = [
@@ -318,7 +329,7 @@ mod tests {
     fn a_matrix_that_is_not_positive_is_refused() {
         let rows = 400;
         let pairs = pairs(rows);
-        let mut cholesky = Cholesky::new(rows as usize, &pairs);
+        let mut cholesky = Cholesky::new(rows as usize, &pairs).unwrap();
         let off = off(&pairs, 1.0);
         for spoil in [-1.0, 0.0, f64::NAN] {
             let mut diagonal = diagonal(rows, &pairs, 1.0);
@@ -326,7 +337,7 @@ mod tests {
             assert_eq!(cholesky.factor(&diagonal, &off), Err(NotPositiveDefinite));
         }
         // A mechanism: the difference of two rows has no stiffness of its own.
-        let mut two = Cholesky::new(2, &[[0, 1]]);
+        let mut two = Cholesky::new(2, &[[0, 1]]).unwrap();
         let refused = two.factor(&[DMat3::IDENTITY; 2], &[-2.0 * DMat3::IDENTITY]);
         assert_eq!(refused, Err(NotPositiveDefinite));
         two.factor(&[DMat3::IDENTITY; 2], &[DMat3::ZERO]).unwrap();
@@ -335,7 +346,7 @@ mod tests {
     #[test]
     #[should_panic(expected = "a solve needs a factorisation")]
     fn a_refused_matrix_solves_nothing() {
-        let mut cholesky = Cholesky::new(1, &[]);
+        let mut cholesky = Cholesky::new(1, &[]).unwrap();
         cholesky.factor(&[DMat3::IDENTITY], &[]).unwrap();
         cholesky.factor(&[-DMat3::IDENTITY], &[]).unwrap_err();
         cholesky.solve(&mut [DVec3::ONE]);

@@ -33,6 +33,15 @@ pub struct Solve {
     pub converged: bool,
 }
 
+impl Solve {
+    /// Nothing had to be solved.
+    pub const NONE: Self = Self {
+        iterations: 0,
+        residual: 0.0,
+        converged: true,
+    };
+}
+
 /// When a solve ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limits {

@@ -285,6 +285,8 @@ pub struct Solver {
     /// Force out of balance at which a nonlinear solve ends, relative to the forces that move the
     /// cloth.
     pub residual: f64,
+    /// Error of the positions that `dopri5` allows in a second of simulated time (m).
+    pub tolerance: f64,
     /// Iterations of a step: sweeps of `xpbd`, the most of the other iterative schemes.
     pub iterations: Option<u32>,
 }
@@ -314,9 +316,17 @@ pub enum IntegratorName {
     Verlet,
     /// Explicit, of fourth order, four passes a step.
     Rk4,
+    /// Explicit, of fifth order, with steps as long as `tolerance` allows.
+    Dopri5,
     /// One linearised solve a step, stable at any.
     #[default]
     ImplicitEuler,
+    /// Implicit Euler, its nonlinear equation solved.
+    Newton,
+    /// Implicit, of second order, keeps the energy.
+    ImplicitMidpoint,
+    /// Implicit, of second order, damps what it can't see.
+    Bdf2,
 }
 
 /// What is recorded.
@@ -357,6 +367,7 @@ impl Default for Solver {
             linear: LinearSolverName::default(),
             linear_tolerance: 1e-4,
             residual: 1e-6,
+            tolerance: 1e-4,
             iterations: None,
         }
     }

@@ -19,9 +19,19 @@ pub(super) fn check(scene: &Scene) -> Result<(), Fault> {
     finite("gravity", &scene.gravity)?;
     positive("solver.dt", scene.solver.dt)?;
     positive("solver.linear_tolerance", scene.solver.linear_tolerance)?;
-    if scene.solver.linear_tolerance >= 1.0 {
-        let cause = "must be below 1: at 1 nothing is solved; 1e-3 is coarse, 1e-6 fine";
-        return Err(Fault::new("solver.linear_tolerance", cause));
+    positive("solver.residual", scene.solver.residual)?;
+    positive("solver.tolerance", scene.solver.tolerance)?;
+    for (key, value) in [
+        ("solver.linear_tolerance", scene.solver.linear_tolerance),
+        ("solver.residual", scene.solver.residual),
+    ] {
+        if value >= 1.0 {
+            let cause = "must be below 1: at 1 nothing is solved; 1e-3 is coarse, 1e-6 fine";
+            return Err(Fault::new(key, cause));
+        }
+    }
+    if scene.solver.iterations == Some(0) {
+        return Err(Fault::new("solver.iterations", "must be at least 1"));
     }
     positive("record.fps", scene.record.fps)?;
     positive("record.strain_range", scene.record.strain_range)?;

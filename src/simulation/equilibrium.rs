@@ -34,7 +34,9 @@ const MAX_HALVINGS: u32 = 12;
 /// fall. Strain limits, obstacles and damping take no part. A net that can move without energy, such
 /// as cloth that doesn't bend, is held by gravity only: it may take many steps.
 pub fn settle(model: &Model, state: &mut State, tolerance: f64) -> Rest {
-    let mut search = Search::new(model);
+    let Some(mut search) = Search::new(model) else {
+        return rest(0, f64::INFINITY, false);
+    };
     state.velocities.fill(DVec3::ZERO);
     let mut scale = 0.0_f64;
     let mut mass_factor = 1e4;
@@ -103,17 +105,18 @@ struct Search {
 }
 
 impl Search {
-    fn new(model: &Model) -> Self {
+    /// `None` for a model whose matrix is too large to factorise.
+    fn new(model: &Model) -> Option<Self> {
         let particles = model.particles();
         let patterns: Vec<Pattern> = model.stiffnesses().map(Stiffness::pattern).collect();
         let matrix = PairMatrix::with_patterns(particles, &patterns);
         let pairs = matrix.pairs();
-        Self {
+        Some(Self {
             slots: patterns
                 .iter()
                 .map(|pattern| matrix.slots(pattern))
                 .collect(),
-            cholesky: Cholesky::new(particles, &pairs),
+            cholesky: Cholesky::new(particles, &pairs)?,
             matrix,
             pairs,
             forces: vec![DVec3::ZERO; particles],
@@ -121,7 +124,7 @@ impl Search {
             rounding: 0.0,
             diagonal: vec![DMat3::ZERO; particles],
             moved: State::at_rest(vec![DVec3::ZERO; particles]),
-        }
+        })
     }
 
     /// Sets the forces on free particles; returns the largest, and the largest on any (N).
@@ -156,7 +159,7 @@ impl Search {
         }
         self.matrix.diagonal(&mut self.diagonal);
         self.rounding = rounding(&self.diagonal, &state.positions);
-        let mut off = self.matrix.off_diagonal();
+        let mut off: Vec<DMat3> = self.matrix.off_diagonal().collect();
         for (block, pair) in off.iter_mut().zip(&self.pairs) {
             if pair.iter().any(|&i| model.is_pinned(i as usize)) {
                 *block = DMat3::ZERO;

@@ -27,7 +27,7 @@ pub struct Simulation {
     /// The state before the current step: where a run that diverges is taken back to.
     before: State,
     integrator: Integrator,
-    scheme: Scheme,
+    scheme: Box<dyn Scheme>,
     dt: f64,
     contacts: Contacts,
     detection: Detection,

@@ -4,7 +4,7 @@ use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use glam::DVec3;
 use muslin::collision::{Contacts, Detection};
 use muslin::force::Force;
-use muslin::integrator::Integrator;
+use muslin::integrator::{Integrator, Linear};
 use muslin::scene::{self, LoadedScene};
 use muslin::simulation::Simulation;
 use std::hint::black_box;
@@ -18,9 +18,7 @@ fn load(name: &str, changes: &[&str]) -> LoadedScene {
 fn draped() -> (LoadedScene, Simulation) {
     let loaded = load("drape", &[]);
     let built = scene::build(&loaded).unwrap_or_else(|error| panic!("{error}"));
-    let scheme = Integrator::ImplicitEuler {
-        linear_tolerance: 1e-3,
-    };
+    let scheme = Integrator::ImplicitEuler(Linear::to(1e-3));
     let mut simulation = Simulation::new(built.model, built.state, scheme, 0.004);
     for _ in 0..250 {
         simulation

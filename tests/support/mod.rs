@@ -1,16 +1,14 @@
 //! What several topics need.
 
 use glam::DVec3;
-use muslin::integrator::Integrator;
+use muslin::integrator::{Integrator, Linear};
 use muslin::scene::{self, LoadedScene};
 use muslin::simulation::Simulation;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU32, Ordering};
 
 /// A tight implicit Euler: its linear solves are far more exact than its steps.
-pub(crate) const IMPLICIT: Integrator = Integrator::ImplicitEuler {
-    linear_tolerance: 1e-9,
-};
+pub(crate) const IMPLICIT: Integrator = Integrator::ImplicitEuler(Linear::to(1e-9));
 
 /// A scene with changes.
 pub(crate) fn load(name: &str, changes: &[&str]) -> LoadedScene {

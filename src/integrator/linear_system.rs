@@ -1,0 +1,378 @@
+//! The linear systems of the implicit schemes, and how they are solved.
+//!
+//! A v = b with A = M − γ ∂f/∂v − γ² ∂f/∂x, symmetric and positive definite, γ the time (s) that one
+//! evaluation of the forces stands for, on the directions that constraints leave free.
+
+use super::constraint::{Constraint, constrain};
+use crate::collision::Contacts;
+use crate::force::{Damping, Jacobian, Stiffness};
+use crate::linear::{
+    Assembly, Cholesky, ConjugateGradient, Limits, NotPositiveDefinite, PairMatrix, Pattern, Slot,
+    Solve, System, outer,
+};
+use crate::model::{Cloth, Model};
+use crate::scene::LinearSolverName;
+use crate::state::State;
+use glam::{DMat3, DVec3};
+
+/// How the linear systems of a scheme are solved.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Linear {
+    /// By which method.
+    pub solver: LinearSolverName,
+    /// Residual at which conjugate gradients end, relative to their start.
+    pub tolerance: f64,
+}
+
+impl Linear {
+    /// By the method that is expected to take less time, conjugate gradients to `tolerance`.
+    pub const fn to(tolerance: f64) -> Self {
+        Self {
+            solver: LinearSolverName::Auto,
+            tolerance,
+        }
+    }
+}
+
+/// Iterations after which conjugate gradients give up when they were asked for: `drape` takes 40 on
+/// average.
+const MAX_ITERATIONS: u32 = 2000;
+
+/// Iterations before a factorisation is thought of: it is never cheaper than these.
+const FIRST_ITERATIONS: u32 = 100;
+
+/// Time of a multiplication in an iteration of conjugate gradients, on two threads and bound by memory,
+/// over that of one in a factorisation on one: 1.4 to 1.8 for sheets of 40² to 100² cells with and
+/// without hinges, where 180 to 600 iterations take as long as a factorisation.
+const ITERATION_WORTH: f64 = 1.6;
+
+/// Solves by factorisation before conjugate gradients are tried again, after they took too long.
+const DIRECT_SOLVES: u32 = 20;
+
+/// Matrix, constraints and solvers; one entry a particle unless it says otherwise.
+#[derive(Debug)]
+pub(super) struct LinearSystem {
+    linear: Linear,
+    /// A.
+    matrix: PairMatrix,
+    /// Slots in the matrix of each stiffness, then of each damping.
+    slots: Vec<Vec<Slot>>,
+    /// γ of the matrix (s).
+    gamma: f64,
+    pub(super) constraints: Vec<Constraint>,
+    /// Diagonal blocks of A.
+    diagonal: Vec<DMat3>,
+    /// Preconditioner: the inverse of each diagonal block on the free directions.
+    inverse: Vec<DMat3>,
+    iterative: ConjugateGradient,
+    direct: Option<Box<Direct>>,
+    /// Solves still to be done by factorisation.
+    direct_solves: u32,
+    /// A v, while momentum is balanced or a direct solution checked.
+    product: Vec<DVec3>,
+}
+
+impl LinearSystem {
+    pub(super) fn new(model: &Model, linear: Linear) -> Self {
+        let particles = model.particles();
+        let mut patterns: Vec<Pattern> = model.stiffnesses().map(Stiffness::pattern).collect();
+        patterns.extend(model.dampings().map(Damping::pattern));
+        let matrix = PairMatrix::with_patterns(particles, &patterns);
+        let slots = patterns.iter().map(|pattern| matrix.slots(pattern));
+        Self {
+            linear,
+            slots: slots.collect(),
+            matrix,
+            gamma: 0.0,
+            constraints: vec![Constraint::Free; particles],
+            diagonal: vec![DMat3::ZERO; particles],
+            inverse: vec![DMat3::ZERO; particles],
+            iterative: ConjugateGradient::new(particles),
+            direct: None,
+            direct_solves: 0,
+            product: vec![DVec3::ZERO; particles],
+        }
+    }
+
+    /// Takes the constraints of pins and lasting contacts.
+    pub(super) fn constrain(&mut self, model: &Model, contacts: &Contacts) {
+        constrain(model, contacts, &mut self.constraints);
+    }
+
+    /// Sets A at a state.
+    pub(super) fn assemble(&mut self, model: &Model, gamma: f64, state: &State) {
+        let Self { matrix, slots, .. } = self;
+        matrix.clear(&model.masses);
+        let mut slots = slots.iter();
+        for (law, slots) in model.stiffnesses().zip(slots.by_ref()) {
+            let kind = Jacobian::Definite;
+            law.add_jacobian(state, gamma * gamma, kind, &mut Assembly { matrix, slots });
+        }
+        for (law, slots) in model.dampings().zip(slots) {
+            law.add_jacobian(state, gamma, &mut Assembly { matrix, slots });
+        }
+        matrix.diagonal(&mut self.diagonal);
+        let blocks = self.diagonal.iter().zip(&self.constraints);
+        for (inverse, (block, constraint)) in self.inverse.iter_mut().zip(blocks) {
+            *inverse = constraint.inverse(*block);
+        }
+        self.gamma = gamma;
+    }
+
+    /// The least impulse (N·s) that means anything on each particle: a few roundings of its position
+    /// x times its stiffness, γ k |x|.
+    pub(super) fn rounding<'a>(&'a self, positions: &'a [DVec3]) -> impl Iterator<Item = f64> + 'a {
+        let each = self.diagonal.iter().zip(positions);
+        each.map(|(block, x)| {
+            let largest = block.x_axis.x.max(block.y_axis.y).max(block.z_axis.z);
+            4.0 * f64::EPSILON * largest / self.gamma * x.length()
+        })
+    }
+
+    /// Solves A v = b from the guess in `v`, which keeps its values along constrained directions, until
+    /// the residual has fallen to `tolerance` times itself or `floor`.
+    pub(super) fn solve(
+        &mut self,
+        b: &[DVec3],
+        v: &mut [DVec3],
+        tolerance: f64,
+        floor: f64,
+    ) -> Solve {
+        let limits = |max_iterations| Limits {
+            tolerance,
+            floor,
+            max_iterations,
+        };
+        match self.linear.solver {
+            LinearSolverName::ConjugateGradient => self.iterate(b, v, limits(MAX_ITERATIONS)),
+            LinearSolverName::Cholesky => {
+                if self.direct().is_some() {
+                    self.factor_and_solve(b, v)
+                } else {
+                    self.iterate(b, v, limits(MAX_ITERATIONS))
+                }
+            }
+            LinearSolverName::Auto => self.solve_by_the_cheaper(b, v, limits),
+        }
+    }
+
+    /// Conjugate gradients, for as long as a factorisation would take; then the factorisation, for a
+    /// while. Counts decide, not clocks: the same scene takes the same way on every machine.
+    fn solve_by_the_cheaper(
+        &mut self,
+        b: &[DVec3],
+        v: &mut [DVec3],
+        limits: impl Fn(u32) -> Limits,
+    ) -> Solve {
+        if self.direct_solves > 0 {
+            self.direct_solves -= 1;
+            return self.factor_and_solve(b, v);
+        }
+        let first = self.iterate(b, v, limits(FIRST_ITERATIONS));
+        if first.converged {
+            return first;
+        }
+        let even = self.direct().map_or(MAX_ITERATIONS, |direct| direct.worth);
+        // What is left to gain is relative to the first residual, not to the one reached by now.
+        let rest = Limits {
+            tolerance: (limits(0).tolerance / first.residual.max(f64::MIN_POSITIVE)).min(1.0),
+            floor: 0.0,
+            max_iterations: even.saturating_sub(FIRST_ITERATIONS),
+        };
+        let second = self.iterate(b, v, rest);
+        let iterations = first.iterations + second.iterations;
+        let mut solve = Solve {
+            iterations,
+            residual: first.residual * second.residual,
+            converged: second.converged,
+        };
+        if !second.converged && self.direct.is_some() {
+            self.direct_solves = DIRECT_SOLVES;
+            solve = self.factor_and_solve(b, v);
+            solve.iterations += iterations;
+        }
+        solve
+    }
+
+    fn iterate(&mut self, b: &[DVec3], v: &mut [DVec3], limits: Limits) -> Solve {
+        let system = System {
+            matrix: &self.matrix,
+            inverse: &self.inverse,
+            b,
+        };
+        self.iterative.solve(system, v, limits)
+    }
+
+    /// The factorisation's work space, if the factor fits into memory.
+    fn direct(&mut self) -> Option<&mut Direct> {
+        if self.direct.is_none() {
+            self.direct = Direct::new(&self.matrix).map(Box::new);
+        }
+        self.direct.as_deref_mut()
+    }
+
+    /// Solves for the part of v along free directions: with v = v̄ + P u, v̄ what is prescribed and P the
+    /// projection on the free directions, (P A P + 1 − P) u = P (b − A v̄).
+    fn factor_and_solve(&mut self, b: &[DVec3], v: &mut [DVec3]) -> Solve {
+        let failed = Solve {
+            iterations: 0,
+            residual: 1.0,
+            converged: false,
+        };
+        self.matrix.multiply(v, &mut self.product);
+        let Some(direct) = &mut self.direct else {
+            return failed;
+        };
+        for (i, constraint) in self.constraints.iter().enumerate() {
+            direct.unknown[i] = constraint.project(b[i] - self.product[i]);
+        }
+        let factored = direct.factor(&self.matrix, &self.diagonal, &self.constraints);
+        if factored.is_err() {
+            return failed;
+        }
+        direct.cholesky.solve(&mut direct.unknown);
+        for (v, (u, constraint)) in v
+            .iter_mut()
+            .zip(direct.unknown.iter().zip(&self.constraints))
+        {
+            *v += constraint.project(*u);
+        }
+        self.matrix.multiply(v, &mut self.product);
+        for (residual, (b, product)) in self
+            .iterative
+            .residual
+            .iter_mut()
+            .zip(b.iter().zip(&self.product))
+        {
+            *residual = *b - *product;
+        }
+        Solve::NONE
+    }
+
+    /// b − A v of the last solve: what the constraints have to supply (N·s), with its sign turned.
+    pub(super) fn residual(&self) -> &[DVec3] {
+        &self.iterative.residual
+    }
+
+    /// Shifts the velocity of every unconstrained cloth so that its residuals b − A v sum to zero.
+    ///
+    /// Inner forces sum to zero, so the sum of the residuals is the momentum that is still missing; a
+    /// uniform velocity of it over Σ (m + γ c m) supplies it. This makes free fall exact and keeps
+    /// momentum to rounding at any tolerance.
+    pub(super) fn balance_momentum(&mut self, model: &Model, b: &[DVec3], v: &mut [DVec3]) {
+        if !model.cloths.iter().any(|cloth| self.is_free(cloth)) {
+            return;
+        }
+        self.matrix.multiply(v, &mut self.product);
+        for cloth in model.cloths.iter().filter(|cloth| self.is_free(cloth)) {
+            let range = cloth.particles.clone();
+            let missing: DVec3 = range.clone().map(|i| b[i] - self.product[i]).sum();
+            let shift = missing / inertia(model, cloth, self.gamma);
+            v[range].iter_mut().for_each(|v| *v += shift);
+        }
+    }
+
+    /// Whether nothing holds a cloth.
+    pub(super) fn is_free(&self, cloth: &Cloth) -> bool {
+        let mut constraints = self.constraints[cloth.particles.clone()].iter();
+        constraints.all(|constraint| *constraint == Constraint::Free)
+    }
+}
+
+/// Σ (m + γ c m) of a cloth (kg): what a uniform change of its velocity takes.
+pub(super) fn inertia(model: &Model, cloth: &Cloth, gamma: f64) -> f64 {
+    let drag = |i: usize| {
+        let damping = model.mass_damping.as_ref();
+        damping.map_or(0.0, |damping| gamma * damping.drag[i])
+    };
+    let range = cloth.particles.clone();
+    range.map(|i| model.masses[i] + drag(i)).sum()
+}
+
+/// What a factorisation needs.
+#[derive(Debug)]
+struct Direct {
+    cholesky: Cholesky,
+    pairs: Vec<[u32; 2]>,
+    /// Iterations of conjugate gradients that take as long as a factorisation and a solve.
+    worth: u32,
+    diagonal: Vec<DMat3>,
+    off: Vec<DMat3>,
+    unknown: Vec<DVec3>,
+}
+
+impl Direct {
+    fn new(matrix: &PairMatrix) -> Option<Self> {
+        let rows = matrix.masses.len();
+        let pairs = matrix.pairs();
+        let cholesky = Cholesky::new(rows, &pairs)?;
+        let worth = ITERATION_WORTH * cholesky.operations() / matrix.operations();
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "a rough figure"
+        )]
+        Some(Self {
+            worth: worth as u32,
+            cholesky,
+            diagonal: vec![DMat3::ZERO; rows],
+            off: vec![DMat3::ZERO; pairs.len()],
+            pairs,
+            unknown: vec![DVec3::ZERO; rows],
+        })
+    }
+
+    /// Factorises P A P + 1 − P.
+    fn factor(
+        &mut self,
+        matrix: &PairMatrix,
+        diagonal: &[DMat3],
+        constraints: &[Constraint],
+    ) -> Result<(), NotPositiveDefinite> {
+        for (i, constraint) in constraints.iter().enumerate() {
+            self.diagonal[i] = constraint.restrict(diagonal[i]);
+        }
+        let blocks = matrix.off_diagonal().zip(&self.pairs);
+        for (own, (block, pair)) in self.off.iter_mut().zip(blocks) {
+            let [row, column] = pair.map(|i| constraints[i as usize]);
+            *own = if row == Constraint::Free && column == Constraint::Free {
+                block
+            } else {
+                row.projection() * block * column.projection()
+            };
+        }
+        self.cholesky.factor(&self.diagonal, &self.off)
+    }
+}
+
+impl Constraint {
+    /// P, the projection on the free directions.
+    fn projection(self) -> DMat3 {
+        match self {
+            Self::Free => DMat3::IDENTITY,
+            Self::Plane(n) => DMat3::IDENTITY - outer(n, n),
+            Self::Fixed => DMat3::ZERO,
+        }
+    }
+
+    /// P v.
+    pub(super) fn project(self, v: DVec3) -> DVec3 {
+        match self {
+            Self::Free => v,
+            Self::Plane(n) => v - n * n.dot(v),
+            Self::Fixed => DVec3::ZERO,
+        }
+    }
+
+    /// P B P + s (1 − P), s the size of B: invertible, and B on the free directions.
+    fn restrict(self, block: DMat3) -> DMat3 {
+        match self {
+            Self::Free => block,
+            Self::Plane(n) => {
+                let (p, size) = (self.projection(), block.x_axis.x.max(block.y_axis.y));
+                p * block * p + outer(n, n) * size
+            }
+            Self::Fixed => DMat3::IDENTITY,
+        }
+    }
+}

@@ -1,0 +1,51 @@
+//! Implicit Euler, solved as the nonlinear equation that it is.
+
+use super::Scheme;
+use super::backward_euler::{BackwardEuler, Nonlinear, Stage};
+use crate::collision::Contacts;
+use crate::linear::Solve;
+use crate::model::Model;
+use crate::state::State;
+
+/// The scheme at work.
+#[derive(Debug)]
+pub(super) struct Newton {
+    stage: BackwardEuler,
+    start: State,
+}
+
+impl Newton {
+    pub(super) fn new(model: &Model, settings: Nonlinear) -> Self {
+        Self {
+            stage: BackwardEuler::new(model, settings),
+            start: State::at_rest(vec![glam::DVec3::ZERO; model.particles()]),
+        }
+    }
+}
+
+impl Scheme for Newton {
+    /// M (v₁ − v₀) = dt f(x₁, v₁), x₁ = x₀ + dt v₁. First order; damps every oscillation, by a ratio of
+    /// ω dt/2 of the critical one.
+    fn advance(
+        &mut self,
+        model: &Model,
+        contacts: &mut Contacts,
+        dt: f64,
+        state: &mut State,
+    ) -> Solve {
+        self.start.copy_from(state);
+        let stage = Stage {
+            start: &self.start,
+            gamma: dt,
+            dt,
+            positions: &self.start.positions,
+            share: 1.0,
+        };
+        let velocities = &mut state.velocities;
+        let solve = self.stage.solve(model, contacts, stage, velocities);
+        for (x, v) in state.positions.iter_mut().zip(velocities) {
+            *x += *v * dt;
+        }
+        solve
+    }
+}
