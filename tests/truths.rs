@@ -1,9 +1,10 @@
 //! Closed forms that no simulator made.
 
-use crate::support::{IMPLICIT, run_to, simulation};
+use crate::support::{IMPLICIT, run_to, simulation, written};
 use glam::DVec3;
-use muslin::integrator::{Integrator, Linear};
+use muslin::integrator::{Integrator, Linear, Nonlinear};
 use muslin::mesh::{Surface, TriMesh};
+use muslin::simulation::Simulation;
 
 #[test]
 fn free_fall_is_exact_for_both_schemes() {
@@ -202,4 +203,59 @@ fn refined(mesh: &TriMesh) -> TriMesh {
         "midpoints of shared edges must agree"
     );
     mesh
+}
+
+/// The period of a pendulum over that of small swings, 1/AGM(1, cos(A/2)), at four amplitudes: a stiff
+/// link with all its weight at the end, from rest to the lowest point and so a quarter of the period.
+#[test]
+fn a_pendulum_has_the_period_of_its_amplitude() {
+    let text = |amplitude: f64| {
+        format!(
+            "name = \"pendulum\"\nduration = 9.0\n[[cloth]]\nname = \"rod\"\nrotate = [0.0, 0.0, {}]\nshape = {{ chain = {{ length = 1.0, links = 1 }} }}\nmaterial = {{ linear_density = 0.1, stretch = 1.0e6 }}\n[[pin]]\ncloth = \"rod\"\nselect = {{ corner = [\"left\"] }}\n",
+            amplitude - 90.0
+        )
+    };
+    let solved = Nonlinear {
+        residual: 1e-10,
+        iterations: 50,
+        linear: Linear::to(1e-8),
+    };
+    let small = std::f64::consts::TAU * (1.0_f64 / 9.81).sqrt();
+    for (amplitude, ratio) in [
+        (10.0, 1.0019071881),
+        (45.0, 1.0399733432),
+        (90.0, 1.1803405990),
+        (150.0, 1.7622037295),
+    ] {
+        let scene = written("pendulum", &text(amplitude));
+        for (scheme, dt) in [
+            (Integrator::Verlet, 2e-4),
+            (Integrator::Rk4, 2e-4),
+            (Integrator::Dopri5 { tolerance: 1e-7 }, 1e-3),
+            (Integrator::ImplicitMidpoint(solved), 1e-3),
+            (Integrator::Bdf2(solved), 1e-3),
+        ] {
+            let built = muslin::scene::build(&scene).unwrap();
+            let mut run = Simulation::new(built.model, built.state, scheme, dt);
+            let place = |run: &Simulation| {
+                let x = &run.state().positions;
+                (x[1] - x[0]).x
+            };
+            let mut before = place(&run);
+            while place(&run) > 0.0 {
+                before = place(&run);
+                run.step().unwrap();
+            }
+            // The way between two steps is straight: nothing pulls along it at the lowest point.
+            let after = place(&run);
+            let quarter = run.state().time - dt * after / (after - before);
+            let error = 4.0 * quarter / (small * ratio) - 1.0;
+            println!("{}, {amplitude}°: {error:.1e}", scheme.name());
+            assert!(
+                error.abs() < 1e-4,
+                "{}, {amplitude}°: {error}",
+                scheme.name()
+            );
+        }
+    }
 }

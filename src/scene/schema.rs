@@ -285,7 +285,7 @@ pub struct Solver {
     /// Force out of balance at which a nonlinear solve ends, relative to the forces that move the
     /// cloth.
     pub residual: f64,
-    /// Error of the positions that `dopri5` allows in a second of simulated time (m).
+    /// Error of the positions that `dopri5` allows in each of its steps (m, root of the mean square).
     pub tolerance: f64,
     /// Iterations of a step: sweeps of `xpbd`, the most of the other iterative schemes.
     pub iterations: Option<u32>,
