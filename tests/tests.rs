@@ -9,6 +9,7 @@
 
 mod architecture;
 mod bending;
+mod extremes;
 mod gallery;
 mod lab;
 mod laws;

@@ -115,7 +115,7 @@ fn drag_decays_exponentially() {
         let mut state = built.state;
         state.velocities.fill(DVec3::X);
         let dt = 1e-4;
-        let mut run = muslin::simulation::Simulation::new(built.model, state, scheme, dt);
+        let mut run = Simulation::new(built.model, state, scheme, dt);
         run_to(&mut run, 0.5);
         // (1 − c dt)ⁿ and (1 + c dt)⁻ⁿ around exp(−c t): off by ∓ c² dt t / 2.
         let exact = (-2.0_f64 * 0.5).exp();

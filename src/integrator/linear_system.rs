@@ -66,6 +66,8 @@ pub(super) struct LinearSystem {
     inverse: Vec<DMat3>,
     iterative: ConjugateGradient,
     direct: Option<Box<Direct>>,
+    /// Whether a factorisation was thought of.
+    asked: bool,
     /// Solves still to be done by factorisation.
     direct_solves: u32,
     /// A v, while momentum is balanced or a direct solution checked.
@@ -89,6 +91,7 @@ impl LinearSystem {
             inverse: vec![DMat3::ZERO; particles],
             iterative: ConjugateGradient::new(particles),
             direct: None,
+            asked: false,
             direct_solves: 0,
             product: vec![DVec3::ZERO; particles],
         }
@@ -205,7 +208,8 @@ impl LinearSystem {
 
     /// The factorisation's work space, if the factor fits into memory.
     fn direct(&mut self) -> Option<&mut Direct> {
-        if self.direct.is_none() {
+        if !self.asked {
+            self.asked = true;
             self.direct = Direct::new(&self.matrix).map(Box::new);
         }
         self.direct.as_deref_mut()

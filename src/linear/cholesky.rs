@@ -40,6 +40,9 @@ pub struct Cholesky {
 /// Entries of the largest factor: 4 GB, of a sheet of some 500 × 500 particles.
 const MOST_ENTRIES: usize = 500_000_000;
 
+/// Rows beyond which nobody wants to wait for the order alone: 10 s for a million.
+const MOST_ROWS: usize = 400_000;
+
 /// The matrix has a direction in which it is not positive: x·A x ≤ 0 for some x, or not a number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the matrix is not positive definite")]
@@ -67,13 +70,16 @@ impl fmt::Debug for Cholesky {
 
 impl Cholesky {
     /// Finds the order of elimination and the pattern of the factor for a matrix with blocks on its
-    /// diagonal and at `pairs` (i, j), i ≠ j, in any order and direction, repeated or not; `None` when the
-    /// factor has more than [`MOST_ENTRIES`].
+    /// diagonal and at `pairs` (i, j), i ≠ j, in any order and direction, repeated or not; `None` when there
+    /// are too many of them: 400,000 rows, or a factor of 500 million entries (4 GB).
     ///
     /// # Panics
     ///
     /// When a pair is (i, i) or names a row that isn't there.
     pub fn new(rows: usize, pairs: &[[u32; 2]]) -> Option<Self> {
+        if rows > MOST_ROWS {
+            return None;
+        }
         let (pattern, places) = upper_half(rows, pairs);
         let symbolic = factorize_symbolic_cholesky(
             pattern.as_ref(),

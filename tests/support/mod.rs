@@ -10,6 +10,19 @@ use std::sync::atomic::{AtomicU32, Ordering};
 /// A tight implicit Euler: its linear solves are far more exact than its steps.
 pub(crate) const IMPLICIT: Integrator = Integrator::ImplicitEuler(Linear::to(1e-9));
 
+/// Every scheme by its name in scenes.
+pub(crate) const SCHEMES: [&str; 9] = [
+    "euler",
+    "symplectic-euler",
+    "verlet",
+    "rk4",
+    "dopri5",
+    "implicit-euler",
+    "newton",
+    "implicit-midpoint",
+    "bdf2",
+];
+
 /// A scene with changes.
 pub(crate) fn load(name: &str, changes: &[&str]) -> LoadedScene {
     let changes: Vec<String> = changes.iter().map(|change| (*change).to_owned()).collect();
