@@ -12,6 +12,7 @@ mod bending;
 mod gallery;
 mod lab;
 mod laws;
+mod motion;
 mod program;
 mod runs;
 mod schemes;

@@ -102,6 +102,7 @@ impl ImplicitEuler {
                 state.velocities[i] = DVec3::ZERO;
             }
         }
+        model.aim(dt, state);
         for (contact, grip) in pressed(model, contacts) {
             let v = &mut state.velocities[contact.particle];
             let tangential = if grip.sticks {

@@ -119,7 +119,11 @@ pub enum Scheme {
 }
 
 impl Scheme {
-    /// Advances positions and velocities by `dt` (s); time is the caller's.
+    /// Advances positions and velocities by `dt` (s); time, and where driven particles end, are the
+    /// caller's, so that the state's time may change on the way.
+    ///
+    /// Driven particles are exact at the start. A scheme that asks for forces later in the step calls
+    /// [`Model::drive`] at the state's time then, or [`Model::drive_to_end`].
     ///
     /// `contacts` are those that the last step left; the scheme may use and update their grips.
     pub fn advance(
