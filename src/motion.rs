@@ -35,7 +35,7 @@ struct Knot {
 /// Where a rigid motion has brought things, and how fast they go.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Placement {
-    /// Rotation R = R_z R_y R_x about the centre.
+    /// Rotation R about x, then y, then z.
     turn: DMat3,
     /// Translation of the centre (m).
     shift: DVec3,
