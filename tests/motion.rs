@@ -244,7 +244,8 @@ fn a_clamp_inside_a_cloth_leaves_no_trace() {
                 .map(|_| DVec3::ZERO)
                 .collect::<Vec<_>>();
             for (i, x) in free.state().positions.iter().enumerate() {
-                state[i] = *x + DVec3::Y * (0.05 * (7.0 * x.x).sin() * (5.0 * x.z + 1.0).cos());
+                state[i] =
+                    *x + DVec3::Y * (0.05 * (7.0 * x.x + 0.6).sin() * (5.0 * x.z + 1.0).cos());
             }
             let state = muslin::state::State::at_rest(state);
             let mut forces = vec![DVec3::ZERO; run.model().particles()];
