@@ -1,5 +1,9 @@
 //! The energy ledger: where a run's energy is, and where it went.
 
+mod pin_work;
+
+pub use pin_work::PinWork;
+
 use crate::model::Model;
 use crate::state::State;
 
@@ -55,13 +59,15 @@ pub fn kinetic(model: &Model, state: &State) -> f64 {
     each.map(|(m, v)| 0.5 * m * v.length_squared()).sum()
 }
 
-/// Energy taken out of the motion since the start.
+/// Energy taken out of the motion and put into it since the start.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Ledger {
     /// Total energy at the start (J).
     pub initial: f64,
     /// Dissipated energy by cause (J).
     pub dissipated: Vec<(&'static str, f64)>,
+    /// Work done on the cloths by cause (J): by pins that move or let go.
+    pub work: Vec<(&'static str, f64)>,
 }
 
 impl Ledger {
@@ -77,6 +83,18 @@ impl Ledger {
         Self {
             initial: Energies::of(model, state).total(),
             dissipated,
+            work: if model.pins.are_still() {
+                Vec::new()
+            } else {
+                vec![("pins", 0.0)]
+            },
+        }
+    }
+
+    /// Books work of the pins (J).
+    pub fn book_pins(&mut self, work: f64) {
+        for (_, booked) in &mut self.work {
+            *booked += work;
         }
     }
 
@@ -93,15 +111,10 @@ impl Ledger {
         }
     }
 
-    /// What the ledger doesn't explain (J): E(0) − E(t) − dissipated. Positive where contact,
+    /// What the ledger doesn't explain (J): E(0) + work − E(t) − dissipated. Positive where contact,
     /// friction, strain limiting and the scheme itself took energy.
     pub fn residual(&self, energies: &Energies) -> f64 {
-        self.initial
-            - energies.total()
-            - self
-                .dissipated
-                .iter()
-                .map(|(_, energy)| energy)
-                .sum::<f64>()
+        let sum = |list: &[(_, f64)]| list.iter().map(|(_, energy)| energy).sum::<f64>();
+        self.initial + sum(&self.work) - energies.total() - sum(&self.dissipated)
     }
 }

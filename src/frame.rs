@@ -63,7 +63,7 @@ pub struct ClothHeader {
     pub triangles: Vec<[u32; 3]>,
     /// The springs by family.
     pub springs: Vec<SpringFamily>,
-    /// Pinned particles.
+    /// Pinned particles, until some are released.
     pub pins: Vec<u32>,
 }
 
@@ -119,6 +119,21 @@ pub struct ClothFrame {
     pub strain: Vec<f32>,
     /// Strain of each spring by family, in the order of [`ClothHeader::springs`] (m/m).
     pub spring_strain: Vec<Vec<f32>>,
+    /// Particles that are still pinned, once pins have been released; `None` while they are the
+    /// header's.
+    pub pins: Option<Vec<u32>>,
+}
+
+impl ClothFrame {
+    /// Where the pinned particles are (m).
+    pub fn pin_positions<'a>(
+        &'a self,
+        header: &'a ClothHeader,
+    ) -> impl Iterator<Item = [f32; 3]> + 'a {
+        let pins = self.pins.as_ref().unwrap_or(&header.pins);
+        let position = |&pin: &u32| self.positions.get(pin as usize).copied();
+        pins.iter().filter_map(position)
+    }
 }
 
 /// A particle in contact.

@@ -6,12 +6,12 @@
 //! Data flows one way through the rooms, and a room names only those before it:
 //!
 //! ```text
-//! mesh → linear → state → force → strain_limit → collision → model → energy → scene → integrator → simulation → frame → recorder → pipeline → export → lab → cli
+//! mesh → linear → state → motion → force → strain_limit → collision → model → energy → scene → integrator → simulation → frame → recorder → pipeline → export → lab → cli
 //! ```
 //!
 //! - [`mesh`]: triangle meshes, the shapes of cloth, distances to bodies; no physics.
 //! - [`linear`]: the matrix of the implicit schemes and its solvers.
-//! - [`state`]: what moves. [`model`]: what doesn't. [`energy`]: what both have, and the ledger.
+//! - [`state`]: what moves. [`motion`]: what is moved. [`model`]: what doesn't. [`energy`]: what both have, and the ledger.
 //! - [`force`], [`strain_limit`], [`collision`]: the laws.
 //! - [`scene`]: from TOML to a model and a first state.
 //! - [`integrator`]: the schemes. [`simulation`]: one step as named stages.
@@ -85,6 +85,7 @@ pub mod lab;
 pub mod linear;
 pub mod mesh;
 pub mod model;
+pub mod motion;
 pub mod pipeline;
 pub mod recorder;
 pub mod scene;

@@ -1,4 +1,9 @@
-//! Everything that is fixed during a run.
+//! Everything that is fixed during a run, but for pins that let go.
+
+mod part;
+mod pins;
+
+pub use pins::{Drive, Pins, Release};
 
 use crate::collision::Obstacle;
 use crate::force::{
@@ -19,6 +24,8 @@ pub struct Model {
     pub masses: Vec<f64>,
     /// 1/mass of each particle (1/kg), 0 for pinned ones.
     pub inverse_masses: Vec<f64>,
+    /// Pins that move or let go.
+    pub pins: Pins,
     /// Weight.
     pub gravity: Gravity,
     /// Springs by family.

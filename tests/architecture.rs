@@ -8,6 +8,7 @@ const ROOMS: &[&str] = &[
     "mesh",
     "linear",
     "state",
+    "motion",
     "force",
     "strain_limit",
     "collision",

@@ -4,7 +4,7 @@
 use crate::support::{Numbers, SCHEMES, load, written};
 use glam::DVec3;
 use muslin::integrator::Integrator;
-use muslin::model::{Cloth, Model};
+use muslin::model::{Cloth, Model, Pins};
 use muslin::scene;
 use muslin::simulation::Simulation;
 use muslin::state::State;
@@ -188,6 +188,7 @@ fn one_particle() {
             hinge_damping: None,
             strain_limit: None,
             obstacles: Vec::new(),
+            pins: Pins::default(),
         };
         let mut run = Simulation::new(model, State::at_rest(vec![DVec3::ZERO]), scheme(name), 0.01);
         crate::support::run_to(&mut run, 0.5);

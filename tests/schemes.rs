@@ -1,9 +1,9 @@
 //! Every scheme against what it promises: its order, its energy, its stable step.
 
-use crate::support::{IMPLICIT, fresh_folder, run_to, simulation, strip, written};
+use crate::support::{IMPLICIT, SOLVED, fresh_folder, run_to, simulation, strip, written};
 use glam::DVec3;
 use muslin::energy::Energies;
-use muslin::integrator::{Integrator, Linear, Nonlinear};
+use muslin::integrator::Integrator;
 use muslin::scene;
 use muslin::simulation::{Simulation, forecast};
 
@@ -11,13 +11,6 @@ use muslin::simulation::{Simulation, forecast};
 /// With both dampings, so that velocity-dependent forces count.
 const CHAIN: &str = "name = \"swing\"\nduration = 1.0\n[[cloth]]\nname = \"chain\"\nshape = { chain = { length = 1.0, links = 10 } }\nmaterial = { linear_density = 0.1, stretch = 20.0 }\ndamping = { mass = 0.5, stiffness = 0.002 }\n[[pin]]\ncloth = \"chain\"\nselect = { corner = [\"left\"] }\n";
 const SHEET: &str = "name = \"swing\"\nduration = 1.0\n[[cloth]]\nname = \"sheet\"\nshape = { sheet = { size = [0.5, 0.5], cells = [4, 4], diagonals = \"both\" } }\nbending = \"discrete-shell\"\nmaterial = { area_density = 0.2, stretch = 20.0, bend = 1.0e-3 }\ndamping = { mass = 0.5, stiffness = 0.002 }\n[[pin]]\ncloth = \"sheet\"\nselect = { corner = [\"left-near\", \"right-near\"] }\n";
-
-/// Nonlinear solves that are far more exact than the steps.
-const SOLVED: Nonlinear = Nonlinear {
-    residual: 1e-10,
-    iterations: 50,
-    linear: Linear::to(1e-6),
-};
 
 fn run(text: &str, scheme: Integrator, dt: f64) -> Simulation {
     let built = scene::build(&written("scheme", text)).unwrap();

@@ -13,6 +13,7 @@ mod extremes;
 mod gallery;
 mod lab;
 mod laws;
+mod motion;
 mod program;
 mod runs;
 mod schemes;

@@ -84,7 +84,7 @@ fn energy(finished: &Finished) -> Value {
         "gravitational": energies.gravitational,
         "elastic": named(&energies.elastic),
         "dissipated": named(&ledger.dissipated),
-        "work": {},
+        "work": named(&ledger.work),
         "residual": ledger.residual(&energies),
     })
 }

@@ -19,6 +19,8 @@ pub struct Capture {
     /// Strain at the ends of the histogram.
     strain_range: f64,
     frames: u64,
+    /// Releases of pins that had happened when the header was made.
+    released: usize,
 }
 
 /// Classes of the strain histogram; odd, so that one is centred on zero.
@@ -38,6 +40,7 @@ impl Capture {
             springs,
             strain_range: record.strain_range,
             frames: 0,
+            released: model.released(),
         };
         let header = Header {
             scene: loaded.scene.name.clone(),
@@ -82,6 +85,7 @@ impl Capture {
         let index = self.frames;
         self.frames += 1;
         let cloths = simulation.model().cloths.iter().zip(&self.springs);
+        let released = simulation.model().released() > self.released;
         let contacts = simulation
             .contacts()
             .list
@@ -95,7 +99,10 @@ impl Capture {
             step: simulation.stats().steps,
             time: state.time,
             cloths: cloths
-                .map(|(cloth, springs)| cloth_frame(cloth, springs, simulation))
+                .map(|(cloth, springs)| ClothFrame {
+                    pins: released.then(|| pins(cloth, simulation)),
+                    ..cloth_frame(cloth, springs, simulation)
+                })
                 .collect(),
             contacts: contacts.collect(),
             values: series(simulation)
@@ -145,13 +152,14 @@ fn cloth_header(
             .map(|triangle| triangle.map(local))
             .collect(),
         springs: families.collect(),
-        pins: cloth
-            .particles
-            .clone()
-            .filter(|&i| model.is_pinned(i))
-            .map(|i| index(i - first))
-            .collect(),
+        pins: pins(cloth, simulation),
     }
+}
+
+/// The pinned particles of a cloth.
+fn pins(cloth: &Cloth, simulation: &Simulation) -> Vec<u32> {
+    let pinned = (cloth.particles.clone()).filter(|&i| simulation.model().is_pinned(i));
+    pinned.map(|i| index(i - cloth.particles.start)).collect()
 }
 
 fn obstacle_header(name: &str, mesh: &TriMesh) -> ObstacleHeader {
@@ -195,6 +203,7 @@ fn cloth_frame(
             .map(|(sum, count)| single(sum / count.max(1.0)))
             .collect(),
         spring_strain,
+        pins: None,
     }
 }
 
@@ -219,6 +228,9 @@ fn series(simulation: &Simulation) -> Vec<(String, String, f64)> {
     energy("total", energies.total());
     for (cause, value) in &simulation.ledger().dissipated {
         energy(&format!("dissipated_by_{cause}"), *value);
+    }
+    for (cause, value) in &simulation.ledger().work {
+        energy(&format!("work_by_{cause}"), *value);
     }
     add(
         "strain/max".into(),

@@ -82,6 +82,23 @@ pub(super) struct Stage<'a> {
     pub(super) share: f64,
 }
 
+/// Makes a stage at `time` (s) of its start: driven particles have the place and the velocity of then.
+pub(super) fn aim(
+    model: &Model,
+    time: f64,
+    gamma: f64,
+    start: &mut State,
+    velocities: &mut [DVec3],
+) {
+    start.time = time;
+    model.drive(start);
+    for i in model.driven() {
+        let i = i as usize;
+        start.positions[i] -= start.velocities[i] * gamma;
+        velocities[i] = start.velocities[i];
+    }
+}
+
 impl Stage<'_> {
     /// Velocity along its normal with which a contact's gap closes (m/s).
     fn closing(&self, contact: &Contact) -> f64 {

@@ -4,7 +4,7 @@
 //! 1993, section III.5; on cloth Choi and Ko 2002.
 
 use super::Scheme;
-use super::backward_euler::{BackwardEuler, Nonlinear, Stage};
+use super::backward_euler::{BackwardEuler, Nonlinear, Stage, aim};
 use crate::collision::Contacts;
 use crate::linear::Solve;
 use crate::model::Model;
@@ -89,6 +89,8 @@ impl Scheme for Bdf2 {
             }
         }
         previous.copy_from(state);
+        let velocities = &mut state.velocities;
+        aim(model, state.time + dt, gamma, &mut self.start, velocities);
         let stage = Stage {
             start: &self.start,
             gamma,
@@ -96,7 +98,6 @@ impl Scheme for Bdf2 {
             positions: &state.positions,
             share: 1.0,
         };
-        let velocities = &mut state.velocities;
         let solve = self.stage.solve(model, contacts, stage, velocities);
         for (i, v) in velocities.iter().enumerate() {
             state.positions[i] = self.start.positions[i] + *v * gamma;

@@ -111,6 +111,7 @@ impl Dopri5 {
                 state.velocities[i] = self.start.velocities[i] + sums[1] * h;
             }
             state.time = self.start.time + TIMES[stage] * h;
+            model.drive(state);
             self.set_slopes(stage, model, state);
         }
         let mut squares = 0.0;

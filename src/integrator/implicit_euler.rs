@@ -55,6 +55,7 @@ impl Scheme for ImplicitEuler {
             || system.assemble(model, dt, state),
             || set_impulses(impulses, model, contacts, dt, state),
         );
+        model.aim(dt, state);
         let velocities = &mut state.velocities;
         let closing = |contact: &Contact| -contact.gap.max(0.0) / dt;
         prescribe(model, contacts, closing, velocities);

@@ -1,7 +1,7 @@
 //! The implicit midpoint rule.
 
 use super::Scheme;
-use super::backward_euler::{BackwardEuler, Nonlinear, Stage};
+use super::backward_euler::{BackwardEuler, Nonlinear, Stage, aim};
 use super::constraint::pressed;
 use crate::collision::Contacts;
 use crate::linear::Solve;
@@ -42,9 +42,11 @@ impl Scheme for ImplicitMidpoint {
     ) -> Solve {
         self.start.copy_from(state);
         self.middle.copy_from_slice(&state.velocities);
+        let (time, gamma) = (state.time + 0.5 * dt, 0.5 * dt);
+        aim(model, time, gamma, &mut self.start, &mut self.middle);
         let stage = Stage {
             start: &self.start,
-            gamma: 0.5 * dt,
+            gamma,
             dt,
             positions: &self.start.positions,
             share: 0.5,

@@ -160,7 +160,10 @@ impl Integrator {
 /// A scheme at work.
 pub trait Scheme: Debug + Send {
     /// Advances positions and velocities by `dt` (s). The state's time is that of the start and may be
-    /// changed on the way; what it is afterwards is the caller's.
+    /// changed on the way; what it is afterwards, and where driven particles end, is the caller's.
+    ///
+    /// Driven particles are exact at the start. A scheme that asks for forces later in the step calls
+    /// [`Model::drive`] at the state's time then.
     ///
     /// `contacts` are those that the last step left; the scheme may use and update their grips.
     fn advance(

@@ -1,7 +1,7 @@
 //! Implicit Euler, solved as the nonlinear equation that it is.
 
 use super::Scheme;
-use super::backward_euler::{BackwardEuler, Nonlinear, Stage};
+use super::backward_euler::{BackwardEuler, Nonlinear, Stage, aim};
 use crate::collision::Contacts;
 use crate::linear::Solve;
 use crate::model::Model;
@@ -34,6 +34,8 @@ impl Scheme for Newton {
         state: &mut State,
     ) -> Solve {
         self.start.copy_from(state);
+        let velocities = &mut state.velocities;
+        aim(model, state.time + dt, dt, &mut self.start, velocities);
         let stage = Stage {
             start: &self.start,
             gamma: dt,
@@ -41,7 +43,6 @@ impl Scheme for Newton {
             positions: &self.start.positions,
             share: 1.0,
         };
-        let velocities = &mut state.velocities;
         let solve = self.stage.solve(model, contacts, stage, velocities);
         for (x, v) in state.positions.iter_mut().zip(velocities) {
             *x += *v * dt;

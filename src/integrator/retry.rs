@@ -78,11 +78,12 @@ fn in_parts(
     };
     let (start, part) = (state.time, dt / f64::from(parts));
     for k in 0..parts {
-        state.time = start + f64::from(k) * part;
         let solve = scheme.advance(model, contacts, part, state);
         all.iterations += solve.iterations;
         all.residual = all.residual.max(solve.residual);
         all.converged &= solve.converged;
+        state.time = start + f64::from(k + 1) * part;
+        model.drive(state);
     }
     // Grips hold the impulses of a whole step.
     for grip in &mut contacts.grips {

@@ -56,6 +56,8 @@ impl Scheme for Rk4 {
                 state.positions[i] = self.start.positions[i] + v * (ahead * dt);
                 state.velocities[i] = self.start.velocities[i] + a * (ahead * dt);
             }
+            state.time = self.start.time + ahead * dt;
+            model.drive(state);
         }
         for i in 0..self.accelerations.len() {
             state.positions[i] = self.start.positions[i] + self.sums[0][i] * dt;

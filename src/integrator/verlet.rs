@@ -17,6 +17,8 @@ pub(super) struct Verlet {
     forces: Vec<DVec3>,
     /// Positions at which `forces` was taken (m): limits and contact may have moved particles since.
     at: Vec<DVec3>,
+    /// Releases of pins that had happened then: they change stiffnesses.
+    released: usize,
     /// Forces of damping (N).
     damping: Vec<DVec3>,
     /// Velocities in the middle of the step (m/s).
@@ -30,6 +32,7 @@ impl Verlet {
             forces: zero.clone(),
             // Nowhere: the first step takes the forces.
             at: vec![DVec3::NAN; model.particles()],
+            released: 0,
             damping: zero.clone(),
             middle: zero,
         }
@@ -41,6 +44,7 @@ impl Verlet {
             force.add_forces(state, &mut self.forces);
         }
         self.at.copy_from_slice(&state.positions);
+        self.released = model.released();
     }
 
     fn take_damping(&mut self, model: &Model, state: &State) {
@@ -58,7 +62,7 @@ impl Scheme for Verlet {
     /// scheme of second order. Without damping it is symplectic and stable for dt ω ≤ 2. One pass of
     /// the laws' forces a step.
     fn advance(&mut self, model: &Model, _: &mut Contacts, dt: f64, state: &mut State) -> Solve {
-        if self.at != state.positions {
+        if self.at != state.positions || self.released != model.released() {
             self.take_forces(model, state);
         }
         self.take_damping(model, state);
@@ -68,6 +72,8 @@ impl Scheme for Verlet {
             state.positions[i] += self.middle[i] * dt;
             state.velocities[i] = self.middle[i] + gain;
         }
+        state.time += dt;
+        model.drive(state);
         self.take_forces(model, state);
         self.take_damping(model, state);
         for i in 0..self.middle.len() {

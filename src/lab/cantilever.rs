@@ -249,6 +249,8 @@ impl Piece {
             cloth: self.cloth.name.clone(),
             select: Select::Vertices((0..=self.held).flat_map(|k| self.column(k)).collect()),
             clamp: self.held == 0,
+            motion: None,
+            release: None,
         }
     }
 

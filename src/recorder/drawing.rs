@@ -146,14 +146,14 @@ fn ends(pair: &[u32; 2], state: &ClothFrame) -> Option<[Vec3D; 2]> {
     Some([Vec3D(a?), Vec3D(b?)])
 }
 
+/// The pins where they are; an empty list, when all are released, takes them away.
 fn log_pins(
     stream: &RecordingStream,
     path: &EntityPath,
     cloth: &ClothHeader,
     state: &ClothFrame,
 ) -> RecordingStreamResult<()> {
-    let pins = cloth.pins.iter();
-    let positions = pins.filter_map(|&pin| state.positions.get(pin as usize));
+    let positions = state.pin_positions(cloth);
     stream.log(
         path.clone(),
         &Points3D::update_fields().with_positions(positions),

@@ -58,6 +58,7 @@ fn frame(particles: u32, index: u64) -> Frame {
             .collect(),
         strain: (0..particles).map(|i| 0.1 * wave(i)).collect(),
         spring_strain: vec![(1..particles).map(|i| 0.1 * wave(i)).collect()],
+        ..ClothFrame::default()
     };
     Frame {
         index,

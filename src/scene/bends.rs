@@ -1,6 +1,7 @@
 //! Hinges in the making, and what clamps add to them.
 
 use super::fault::Fault;
+use super::hold::{Hold, Switch};
 use super::rigidity::Rigidity;
 use super::schema::{self, BendingName, Shape};
 use crate::force::{
@@ -8,13 +9,15 @@ use crate::force::{
 };
 use crate::mesh::{self, Lattice};
 use glam::DVec3;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// The hinges that the cloths have brought so far.
 #[derive(Default)]
 pub(super) struct Bends {
     edge_springs: Batch,
     discrete_shells: Batch,
+    /// What changes when clamps are released.
+    switches: Vec<Switch>,
 }
 
 /// The hinges of one law, with the damping time τ of each (s), and those at clamps.
@@ -30,8 +33,28 @@ struct Clamp {
     /// The last corner is not set yet.
     hinge: Hinge,
     time: f64,
-    /// Where the far corner is held (m).
-    far: DVec3,
+    far: Far,
+    /// When the clamp lets go (s); ∞ for never.
+    until: f64,
+}
+
+/// The far corner of a clamp.
+#[derive(Clone, Copy)]
+pub(super) struct Far {
+    /// Where it is held at the start (m).
+    pub(super) position: DVec3,
+    /// Number of the motion that it follows: that of the clamped edge.
+    pub(super) drive: Option<usize>,
+}
+
+/// What a pin clamps.
+pub(super) struct Clamping {
+    /// Number of the pin.
+    pub(super) pin: usize,
+    /// The vertices that it selects.
+    pub(super) vertices: Vec<u32>,
+    /// When it lets go (s); ∞ for never.
+    pub(super) until: f64,
 }
 
 /// A cloth where it starts.
@@ -43,17 +66,18 @@ pub(super) struct Placed<'a> {
     pub(super) rest: &'a [DVec3],
     /// Number of its first particle.
     pub(super) first: u32,
-    /// Whether each of its particles is pinned.
-    pub(super) pinned: &'a [bool],
-    /// Number of each pin that clamps, and the vertices that it selects.
-    pub(super) clamped: &'a [(usize, Vec<u32>)],
+    /// How each of its particles is held.
+    pub(super) holds: &'a [Option<Hold>],
+    /// Its pins that clamp.
+    pub(super) clamped: &'a [Clamping],
 }
 
 impl Bends {
     /// Adds the hinges of a cloth. Where a pin clamps an edge, each triangle beside it with a free
     /// corner gets a hinge of its own against its mirror image, which is held: that keeps the tangent.
     /// The mirrored curve is symmetric, so that such a hinge turns by half of what an inner one would
-    /// and its half of the energy needs k twice.
+    /// and its half of the energy needs k twice. When the clamp is released, its hinges go slack and the
+    /// one across the edge, which they stood for, acts.
     pub(super) fn add(&mut self, placed: &Placed<'_>) -> Result<(), Fault> {
         let bends = placed.cloth.material.bend.is_some_and(|bend| bend > 0.0);
         let batch = match placed.cloth.bending {
@@ -68,18 +92,34 @@ impl Bends {
         let axes = is_sheet.then_some([DVec3::X, DVec3::Z]);
         let rigidity = Rigidity::of(placed.rest, &hinges, axes);
         let clamps = clamp_edges(placed)?;
-        let edge = |&[a, b, _]: &[u32; 3]| [a.min(b), a.max(b)];
-        let clamped: BTreeSet<[u32; 2]> = clamps.iter().map(edge).collect();
-        let inner = hinges
-            .into_iter()
-            .filter(|corners| !clamped.contains(&[corners[0], corners[1]]));
-        batch.add_hinges(placed, &rigidity, inner);
+        let mut clamped: BTreeMap<[u32; 2], f64> = BTreeMap::new();
+        for (&[a, b, _], &until) in &clamps {
+            let latest = clamped.entry([a.min(b), a.max(b)]).or_insert(until);
+            *latest = latest.max(until);
+        }
+        for corners in hinges {
+            let mut hinge = inner_hinge(placed, &rigidity, corners);
+            match clamped.get(&[corners[0], corners[1]]) {
+                Some(until) if until.is_infinite() => continue,
+                Some(&time) => {
+                    self.switches.push(Switch {
+                        corners: hinge.corners,
+                        stiffness: hinge.stiffness,
+                        time,
+                    });
+                    hinge.stiffness = 0.0;
+                }
+                None => {}
+            }
+            batch.hinges.push(hinge);
+            batch.times.push(placed.cloth.damping.stiffness);
+        }
         batch.add_clamps(placed, &rigidity, clamps);
         Ok(())
     }
 
     /// Makes the far corners of the clamps particles from number `first` on; returns where they are.
-    pub(super) fn hold_clamps(&mut self, first: u32) -> Vec<DVec3> {
+    pub(super) fn hold_clamps(&mut self, first: u32) -> Vec<Far> {
         let mut held = Vec::new();
         let mut next = first;
         for batch in [&mut self.edge_springs, &mut self.discrete_shells] {
@@ -87,11 +127,21 @@ impl Bends {
                 clamp.hinge.corners[3] = next;
                 next += 1;
                 held.push(clamp.far);
+                self.switches.push(Switch {
+                    corners: clamp.hinge.corners,
+                    stiffness: 0.0,
+                    time: clamp.until,
+                });
                 batch.hinges.push(clamp.hinge);
                 batch.times.push(clamp.time);
             }
         }
         held
+    }
+
+    /// What changes when clamps are released; at ∞, never.
+    pub(super) fn switches(&mut self) -> Vec<Switch> {
+        std::mem::take(&mut self.switches)
     }
 
     pub(super) fn damping(&self) -> Option<HingeDamping> {
@@ -118,28 +168,15 @@ impl Bends {
 }
 
 impl Batch {
-    fn add_hinges(
+    fn add_clamps(
         &mut self,
         placed: &Placed<'_>,
         rigidity: &Rigidity,
-        hinges: impl Iterator<Item = [u32; 4]>,
+        clamps: BTreeMap<[u32; 3], f64>,
     ) {
         let bend = placed.cloth.material.bend.unwrap_or(0.0);
-        for corners in hinges {
-            let at_rest = corners.map(|corner| placed.rest[corner as usize]);
-            self.hinges.push(Hinge {
-                corners: corners.map(|corner| corner + placed.first),
-                rest_angle: Dihedral::of(at_rest).fold.angle(),
-                stiffness: rigidity.stiffness(at_rest, bend),
-            });
-            self.times.push(placed.cloth.damping.stiffness);
-        }
-    }
-
-    fn add_clamps(&mut self, placed: &Placed<'_>, rigidity: &Rigidity, clamps: Vec<[u32; 3]>) {
-        let bend = placed.cloth.material.bend.unwrap_or(0.0);
         let positions = &placed.lattice.mesh.positions;
-        for clamp in clamps {
+        for (clamp, until) in clamps {
             let at_rest = clamp.map(|corner| placed.rest[corner as usize]);
             let [a, b, c] = clamp.map(|corner| corner + placed.first);
             self.clamps.push(Clamp {
@@ -149,7 +186,11 @@ impl Batch {
                     stiffness: 2.0 * rigidity.stiffness(mirrored(at_rest), bend),
                 },
                 time: placed.cloth.damping.stiffness,
-                far: mirrored(clamp.map(|corner| positions[corner as usize]))[3],
+                far: Far {
+                    position: mirrored(clamp.map(|corner| positions[corner as usize]))[3],
+                    drive: placed.holds[clamp[0] as usize].and_then(|hold| hold.drive),
+                },
+                until,
             });
         }
     }
@@ -159,40 +200,59 @@ impl Batch {
     }
 }
 
+/// The hinge of two triangles of a cloth, at rest where the cloth is.
+fn inner_hinge(placed: &Placed<'_>, rigidity: &Rigidity, corners: [u32; 4]) -> Hinge {
+    let at_rest = corners.map(|corner| placed.rest[corner as usize]);
+    let bend = placed.cloth.material.bend.unwrap_or(0.0);
+    Hinge {
+        corners: corners.map(|corner| corner + placed.first),
+        rest_angle: Dihedral::of(at_rest).fold.angle(),
+        stiffness: rigidity.stiffness(at_rest, bend),
+    }
+}
+
 /// Where a cloth doesn't bend, no pin of its can clamp.
-fn no_clamps(clamped: &[(usize, Vec<u32>)]) -> Result<(), Fault> {
+fn no_clamps(clamped: &[Clamping]) -> Result<(), Fault> {
     match clamped.first() {
         None => Ok(()),
-        Some((i, _)) => Err(Fault::new(
-            format!("pin.{i}.clamp"),
+        Some(clamping) => Err(Fault::new(
+            format!("pin.{}.clamp", clamping.pin),
             "holds the tangent by hinges, and this cloth has none; give it bending = \"edge-spring\" or \"discrete-shell\" and material.bend above 0, or remove clamp",
         )),
     }
 }
 
-/// The clamped edges: start, end and the free third vertex of each triangle beside one.
-fn clamp_edges(placed: &Placed<'_>) -> Result<Vec<[u32; 3]>, Fault> {
-    let mut edges = BTreeSet::new();
-    for (i, selected) in placed.clamped {
-        let held: BTreeSet<u32> = selected.iter().copied().collect();
+/// The clamped edges: start, end and the third vertex of each triangle beside one, which becomes free
+/// before the clamp lets go if it isn't free; and when the last pin that clamps the edge does (s).
+fn clamp_edges(placed: &Placed<'_>) -> Result<BTreeMap<[u32; 3], f64>, Fault> {
+    let mut edges = BTreeMap::new();
+    for Clamping {
+        pin,
+        vertices,
+        until,
+    } in placed.clamped
+    {
+        let held: BTreeSet<u32> = vertices.iter().copied().collect();
+        let moves = |tip: u32| placed.holds[tip as usize].is_none_or(|hold| hold.until < *until);
         let mut holds = false;
         for &[a, b, c] in &placed.lattice.mesh.triangles {
             for [start, end, tip] in [[a, b, c], [b, c, a], [c, a, b]] {
                 let both = held.contains(&start) && held.contains(&end);
-                if both && !placed.pinned[tip as usize] {
-                    edges.insert([start, end, tip]);
+                if both && moves(tip) {
+                    let latest: &mut f64 = edges.entry([start, end, tip]).or_insert(*until);
+                    *latest = latest.max(*until);
                     holds = true;
                 }
             }
         }
         if !holds {
             return Err(Fault::new(
-                format!("pin.{i}.select"),
+                format!("pin.{pin}.select"),
                 "clamps no tangent: no edge of the cloth with a free triangle beside it has both its ends here; select two neighbouring vertices or more, or remove clamp",
             ));
         }
     }
-    Ok(edges.into_iter().collect())
+    Ok(edges)
 }
 
 /// The hinge of a triangle and its mirror image in its first edge, in its own plane.

@@ -1,6 +1,6 @@
 //! What a scene models, in words.
 
-use super::schema::Scene;
+use super::schema::{Pin, Scene};
 use crate::model::Model;
 use std::fmt::Write as _;
 
@@ -20,6 +20,11 @@ pub fn model_list(scene: &Scene, model: &Model) -> String {
         .filter(|&i| model.is_pinned(i))
         .count();
     let _ = writeln!(text, "- pinned particles: {pinned}");
+    scene
+        .pin
+        .iter()
+        .enumerate()
+        .for_each(|(i, p)| pin(&mut text, i, p));
     for (what, modelled) in [
         ("drag on all motion", model.mass_damping.is_some()),
         (
@@ -54,6 +59,20 @@ pub fn model_list(scene: &Scene, model: &Model) -> String {
     part(&mut text, "contact", !model.obstacles.is_empty());
     let _ = writeln!(text, "- gravity {:?} m/s²", scene.gravity);
     text
+}
+
+/// How a pin moves, and when it lets go; nothing of one that holds still for ever.
+fn pin(text: &mut String, i: usize, pin: &Pin) {
+    let mut what = Vec::new();
+    if let Some([.., last]) = pin.motion.as_ref().map(|motion| &motion.keyframes[..]) {
+        what.push(format!("moves until {} s", last.t));
+    }
+    if let Some(release) = pin.release {
+        what.push(format!("is released at {release} s"));
+    }
+    if !what.is_empty() {
+        let _ = writeln!(text, "- pin {i} of {}: {}", pin.cloth, what.join(", "));
+    }
 }
 
 /// Springs by family, hinges by law, clamps.

@@ -9,6 +9,7 @@ mod build;
 mod builtin;
 mod doctor;
 mod fault;
+mod hold;
 mod load;
 mod material_file;
 mod parts;
@@ -28,7 +29,7 @@ pub use fault::SceneError;
 pub use load::{LoadedScene, load};
 pub use material_file::load_material;
 pub use schema::{
-    BendingName, BlockShape, ChainShape, Cloth, Damping, IntegratorName, LinearSolverName,
-    Material, ObjShape, Obstacle, ObstacleShape, Pin, Record, Scene, Select, Shape, SheetShape,
-    Solver, SpringDetailName, SpringKind, Start, StrainLimit,
+    BendingName, BlockShape, ChainShape, Cloth, Damping, IntegratorName, Keyframe,
+    LinearSolverName, Material, ObjShape, Obstacle, ObstacleShape, Pin, PinMotion, Record, Scene,
+    Select, Shape, SheetShape, Solver, SpringDetailName, SpringKind, Start, StrainLimit,
 };

@@ -1,7 +1,8 @@
 //! A model in the making: what the cloths have brought so far.
 
-use super::bends::{Bends, Placed};
+use super::bends::{Bends, Clamping, Placed};
 use super::fault::Fault;
+use super::hold::{Holds, until};
 use super::place::place;
 use super::schema::{self, SpringKind};
 use super::select::select;
@@ -19,7 +20,7 @@ pub(super) struct Parts {
     cloths: Vec<Cloth>,
     state: State,
     masses: Vec<f64>,
-    pinned: Vec<bool>,
+    holds: Holds,
     drag: Vec<f64>,
     families: [Family; 4],
     bends: Bends,
@@ -67,11 +68,14 @@ impl Parts {
         for (i, pin) in pins {
             let fault = |cause: String| Fault::new(format!("pin.{i}.select"), cause);
             let selected = select(&pin.select, &lattice).map_err(fault)?;
-            for &vertex in &selected {
-                self.pinned[first + vertex as usize] = true;
-            }
+            let positions = &lattice.mesh.positions;
+            self.holds.add(i, pin, first, &selected, positions)?;
             if pin.clamp {
-                clamped.push((i, selected));
+                clamped.push(Clamping {
+                    pin: i,
+                    vertices: selected,
+                    until: until(pin),
+                });
             }
         }
         self.bends.add(&Placed {
@@ -79,7 +83,7 @@ impl Parts {
             lattice: &lattice,
             rest: &rest,
             first: index(first),
-            pinned: &self.pinned[first..],
+            holds: &self.holds.each[first..],
             clamped: &clamped,
         })?;
         self.add_state(cloth, &lattice.mesh.positions);
@@ -128,7 +132,7 @@ impl Parts {
         self.drag
             .extend(masses.clone().map(|m| m * cloth.damping.mass));
         self.masses.extend(masses);
-        self.pinned.resize(self.masses.len(), false);
+        self.holds.each.resize(self.masses.len(), None);
     }
 
     /// Adds the positions, and the velocities that the cloth starts with.
@@ -142,9 +146,9 @@ impl Parts {
             DVec3::from_array(start.velocity),
             DVec3::from_array(start.spin),
         );
-        for (x, pinned) in positions.iter().zip(&self.pinned[first..]) {
+        for (x, hold) in positions.iter().zip(&self.holds.each[first..]) {
             let moving = velocity + spin.cross(*x - center);
-            let velocity = if *pinned { DVec3::ZERO } else { moving };
+            let velocity = if hold.is_some() { DVec3::ZERO } else { moving };
             self.state.velocities.push(velocity);
         }
         self.state.positions.extend(positions);
@@ -159,12 +163,12 @@ impl Parts {
         self.hold_clamps();
         let Self {
             cloths,
-            state,
+            mut state,
             masses,
-            pinned,
+            holds,
             drag,
             families,
-            bends,
+            mut bends,
         } = self;
         let (springs, spring_damping) = spring_batches(families);
         let weave = springs.iter().filter(|batch| batch.is_weave());
@@ -173,12 +177,15 @@ impl Parts {
             max: limit.max,
             springs: limited,
         };
-        let inverse = |(&m, &pinned): (&f64, &bool)| if pinned { 0.0 } else { 1.0 / m };
+        let inverse_masses = masses.iter().zip(&holds.each);
+        let inverse_masses = inverse_masses.map(|(m, hold)| hold.map_or(1.0 / m, |_| 0.0));
         let hinge_damping = bends.damping();
+        let switches = bends.switches();
         let (edge_springs, discrete_shells) = bends.batches();
         let model = Model {
             cloths,
-            inverse_masses: masses.iter().zip(&pinned).map(inverse).collect(),
+            inverse_masses: inverse_masses.collect(),
+            pins: holds.pins(&state.positions, switches),
             gravity: Gravity {
                 acceleration: DVec3::from_array(scene.gravity),
                 masses: masses.clone(),
@@ -196,6 +203,7 @@ impl Parts {
             hinge_damping,
             obstacles,
         };
+        model.drive(&mut state);
         (model, state)
     }
 
@@ -203,10 +211,12 @@ impl Parts {
     fn hold_clamps(&mut self) {
         let held = self.bends.hold_clamps(index(self.masses.len()));
         let particles = self.masses.len() + held.len();
-        self.state.positions.extend(held);
+        for far in held {
+            self.state.positions.push(far.position);
+            self.holds.add_far(far.drive);
+        }
         self.state.velocities.resize(particles, DVec3::ZERO);
         self.masses.resize(particles, 0.0);
-        self.pinned.resize(particles, true);
         self.drag.resize(particles, 0.0);
     }
 }

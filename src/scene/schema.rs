@@ -204,6 +204,34 @@ pub struct Pin {
     /// Whether the cloth's tangent is held too, along the edges whose two ends are selected.
     #[serde(default)]
     pub clamp: bool,
+    /// How it moves; it holds still otherwise.
+    pub motion: Option<PinMotion>,
+    /// When it lets go (s); never otherwise.
+    pub release: Option<f64>,
+}
+
+/// How a pin moves, as one rigid body.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct PinMotion {
+    /// Where it is when. It goes smoothly from each to the next without overshooting, and rests before
+    /// the first and after the last.
+    pub keyframes: Vec<Keyframe>,
+}
+
+/// Where something is at a time, from where it starts.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Keyframe {
+    /// The time (s).
+    pub t: f64,
+    /// How far it has moved (m).
+    #[serde(default)]
+    pub translate: [f64; 3],
+    /// By how much it has turned: degrees about x, then y, then z, about the middle of the box around
+    /// its particles at the start. 720 is twice around.
+    #[serde(default)]
+    pub rotate: [f64; 3],
 }
 
 /// A choice of particles of a cloth.

@@ -2,8 +2,8 @@
 
 use super::fault::Fault;
 use super::schema::{
-    BendingName, BlockShape, ChainShape, Cloth, ObjShape, Obstacle, ObstacleShape, Scene, Shape,
-    SheetShape, SpringKind,
+    BendingName, BlockShape, ChainShape, Cloth, ObjShape, Obstacle, ObstacleShape, Pin, Scene,
+    Shape, SheetShape, SpringKind,
 };
 
 /// Checks every value that parsing can't.
@@ -64,6 +64,7 @@ pub(super) fn check(scene: &Scene) -> Result<(), Fault> {
             );
             return Err(Fault::new(format!("pin.{i}.cloth"), cause));
         }
+        check_pin(&format!("pin.{i}"), pin)?;
     }
     for (i, obstacle) in scene.obstacle.iter().enumerate() {
         check_obstacle(&format!("obstacle.{i}"), obstacle)?;
@@ -240,6 +241,36 @@ fn check_shape(at: &str, shape: &Shape) -> Result<(), Fault> {
         }
         Shape::Obj(ObjShape { scale, .. }) => positive(&format!("{at}.shape.obj.scale"), *scale),
     }
+}
+
+/// Keyframes in order, and a time to let go.
+fn check_pin(at: &str, pin: &Pin) -> Result<(), Fault> {
+    if let Some(release) = pin.release {
+        positive(&format!("{at}.release"), release)?;
+    }
+    let Some(motion) = &pin.motion else {
+        return Ok(());
+    };
+    let at = format!("{at}.motion.keyframes");
+    if motion.keyframes.is_empty() {
+        let cause = "is empty; give at least one { t, translate, rotate }, or remove motion";
+        return Err(Fault::new(at, cause));
+    }
+    let mut last = None;
+    for (k, key) in motion.keyframes.iter().enumerate() {
+        not_negative(&format!("{at}.{k}.t"), key.t)?;
+        finite(&format!("{at}.{k}.translate"), &key.translate)?;
+        finite(&format!("{at}.{k}.rotate"), &key.rotate)?;
+        if let Some(before) = last.filter(|&before| key.t <= before) {
+            let cause = format!(
+                "is {}, not after the keyframe before it at {before}; put the keyframes in the order of time, each time once",
+                key.t
+            );
+            return Err(Fault::new(format!("{at}.{k}.t"), cause));
+        }
+        last = Some(key.t);
+    }
+    Ok(())
 }
 
 fn check_obstacle(at: &str, obstacle: &Obstacle) -> Result<(), Fault> {

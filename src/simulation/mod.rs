@@ -11,7 +11,7 @@ pub use stability::{Forecast, forecast};
 pub use stats::{Stage, StageTimes, Stats};
 
 use crate::collision::{Contacts, Detection, Masses, respond};
-use crate::energy::{Ledger, kinetic};
+use crate::energy::{Ledger, PinWork, kinetic, potential};
 use crate::integrator::{Integrator, Scheme};
 use crate::linear::Solve;
 use crate::model::Model;
@@ -32,6 +32,8 @@ pub struct Simulation {
     contacts: Contacts,
     detection: Detection,
     ledger: Ledger,
+    /// What measures the work of moving pins; none without them.
+    pin_work: Option<PinWork>,
     /// A strain beyond this is no cloth's any more.
     sensible_strain: f64,
     stats: Stats,
@@ -60,7 +62,11 @@ const MAX_ROUNDS: u32 = 12;
 
 impl Simulation {
     /// A simulation at its first state. `dt` is the step (s).
-    pub fn new(model: Model, state: State, integrator: Integrator, dt: f64) -> Self {
+    ///
+    /// Pins are released and placed as they are at the state's time.
+    pub fn new(mut model: Model, mut state: State, integrator: Integrator, dt: f64) -> Self {
+        model.begin_step(state.time, state.time + dt);
+        model.drive(&mut state);
         let particles = model.particles();
         let limited = if model.strain_limit.is_some() {
             particles
@@ -74,6 +80,7 @@ impl Simulation {
             detection: Detection::new(&model.obstacles, model.cloth_particles()),
             sensible_strain: divergence::sensible_strain(&model, &state),
             ledger: Ledger::open(&model, &state),
+            pin_work: PinWork::new(&model),
             stats: Stats::default(),
             unlimited: vec![DVec3::ZERO; limited],
             walls: vec![Wall::default(); limited],
@@ -92,9 +99,10 @@ impl Simulation {
     /// good one.
     pub fn step(&mut self) -> Result<StepStats, Diverged> {
         self.before.copy_from(&self.state);
+        self.release_pins();
         let solve = self.integrate();
         self.check_sense()?;
-        self.book_damping();
+        self.book_damping_and_pins();
         let limited = self.limit_strain_and_contact();
         let strain = self.measure_strain();
         let step = StepStats {
@@ -108,7 +116,32 @@ impl Simulation {
         Ok(step)
     }
 
+    /// n dt, not a sum of dt: after a million steps a sum is off by 1e-10 s.
+    #[expect(clippy::cast_precision_loss, reason = "steps stay far below 2⁵³")]
+    fn next_time(&self) -> f64 {
+        (self.stats.steps + 1) as f64 * self.dt
+    }
+
+    /// Lets go the pins whose time has come. The energy of clamps that go slack leaves with them.
+    fn release_pins(&mut self) {
+        let end = self.next_time();
+        let Self {
+            model,
+            state,
+            ledger,
+            ..
+        } = self;
+        let before = model
+            .releases_in(state.time, end)
+            .then(|| potential(model, state));
+        model.begin_step(state.time, end);
+        if let Some(before) = before {
+            ledger.book_pins(potential(model, state) - before);
+        }
+    }
+
     fn integrate(&mut self) -> Solve {
+        let end = self.next_time();
         let Self {
             scheme,
             model,
@@ -121,28 +154,31 @@ impl Simulation {
         let solve = stats.times.time(Stage::Integrate, || {
             scheme.advance(model, contacts, *dt, state)
         });
-        let steps = stats.steps + 1;
-        // n dt, not a sum of dt: after a million steps a sum is off by 1e-10 s.
-        #[expect(clippy::cast_precision_loss, reason = "steps stay far below 2⁵³")]
-        let time = steps as f64 * *dt;
-        state.time = time;
-        stats.steps = steps;
+        state.time = end;
+        model.drive(state);
+        stats.steps += 1;
         solve
     }
 
-    /// Books what damping took, at the scheme's own velocities: limits and contact change them after.
-    fn book_damping(&mut self) {
+    /// Books what damping took and what moving pins gave, at the scheme's own velocities: limits and
+    /// contact change them after.
+    fn book_damping_and_pins(&mut self) {
         let Self {
             model,
             state,
+            before,
             ledger,
+            pin_work,
             stats,
             dt,
             ..
         } = self;
-        stats
-            .times
-            .time(Stage::Measure, || ledger.book(model, state, *dt));
+        stats.times.time(Stage::Measure, || {
+            ledger.book(model, state, *dt);
+            if let Some(pins) = pin_work {
+                ledger.book_pins(pins.of_step(model, before, state));
+            }
+        });
     }
 
     /// Repeats strain limiting and contact until nothing is inside a body any more.

@@ -107,7 +107,7 @@ fn largest_eigenvalue(model: &Model, state: &State) -> f64 {
             &mut Assembly { matrix, slots },
         );
     }
-    let root: Vec<f64> = model.inverse_masses.iter().map(|w| w.sqrt()).collect();
+    let root: Vec<f64> = loosest(model).iter().map(|w| w.sqrt()).collect();
     let mut x: Vec<DVec3> = (0..particles).map(seed).collect();
     let mut y = vec![DVec3::ZERO; particles];
     let mut value = 0.0;
@@ -130,6 +130,16 @@ fn largest_eigenvalue(model: &Model, state: &State) -> f64 {
     value
 }
 
+/// 1/mass of each particle (1/kg) with all pins released that ever will be: freeing particles only raises
+/// the largest eigenvalue, and the step has to do for the whole run.
+fn loosest(model: &Model) -> Vec<f64> {
+    let mut inverse = model.inverse_masses.clone();
+    for &i in model.pins.releases.iter().flat_map(|r| &r.particles) {
+        inverse[i as usize] = 1.0 / model.masses[i as usize];
+    }
+    inverse
+}
+
 /// A start with a share of every mode: neighbours differ in sign and size.
 fn seed(i: usize) -> DVec3 {
     #[expect(clippy::cast_precision_loss, reason = "any number will do")]
@@ -143,7 +153,8 @@ fn seed(i: usize) -> DVec3 {
 
 /// The element with the largest ω² of its own: k (1/mᵢ + 1/mⱼ) of a spring, k Σ |∇θ|²/m of a hinge.
 fn stiffest(model: &Model, state: &State) -> Option<(&'static str, [u32; 2])> {
-    let w = |particle: u32| model.inverse_masses[particle as usize];
+    let loosest = loosest(model);
+    let w = |particle: u32| loosest[particle as usize];
     let springs = model.springs.iter().flat_map(|batch| {
         let own = |s: &Spring| s.stiffness * (w(s.ends[0]) + w(s.ends[1]));
         batch

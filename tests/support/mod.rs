@@ -1,7 +1,7 @@
 //! What several topics need.
 
 use glam::DVec3;
-use muslin::integrator::{Integrator, Linear};
+use muslin::integrator::{Integrator, Linear, Nonlinear};
 use muslin::scene::{self, LoadedScene};
 use muslin::simulation::Simulation;
 use std::path::{Path, PathBuf};
@@ -9,6 +9,13 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 /// A tight implicit Euler: its linear solves are far more exact than its steps.
 pub(crate) const IMPLICIT: Integrator = Integrator::ImplicitEuler(Linear::to(1e-9));
+
+/// Nonlinear solves that are far more exact than the steps.
+pub(crate) const SOLVED: Nonlinear = Nonlinear {
+    residual: 1e-10,
+    iterations: 50,
+    linear: Linear::to(1e-6),
+};
 
 /// Every scheme by its name in scenes.
 pub(crate) const SCHEMES: [&str; 9] = [
