@@ -1,7 +1,9 @@
 //! The energy ledger: where a run's energy is, and where it went.
 
+use crate::linear::Chunks;
 use crate::model::Model;
 use crate::state::State;
+use glam::DVec3;
 
 /// The energies of a state (J).
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -51,7 +53,17 @@ pub fn potential(model: &Model, state: &State) -> f64 {
 
 /// ½ Σ m v² (J).
 pub fn kinetic(model: &Model, state: &State) -> f64 {
-    let each = model.masses.iter().zip(&state.velocities);
+    let chunks = Chunks::of(model.particles());
+    let part = |chunk| {
+        let range = chunks.range(chunk);
+        kinetic_of(&model.masses[range.clone()], &state.velocities[range])
+    };
+    chunks.map(part).sum()
+}
+
+/// ½ Σ m v² (J) of some particles.
+pub(crate) fn kinetic_of(masses: &[f64], velocities: &[DVec3]) -> f64 {
+    let each = masses.iter().zip(velocities);
     each.map(|(m, v)| 0.5 * m * v.length_squared()).sum()
 }
 

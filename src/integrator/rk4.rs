@@ -2,20 +2,21 @@
 //!
 //! Source: Kutta 1901.
 
-use super::explicit::accelerations;
+use super::explicit::{Accelerations, update};
 use crate::model::Model;
 use crate::state::State;
 use glam::DVec3;
 
-/// Work arrays of the scheme; one entry a particle.
+/// The scheme's pass and work arrays; one entry a particle.
 #[derive(Debug)]
 pub struct Rk4 {
+    pass: Accelerations,
     /// The state at the start of the step.
     start: State,
     /// Acceleration of the present stage (m/s²).
     accelerations: Vec<DVec3>,
     /// Weighted sums of the stages' velocities and accelerations.
-    sums: [Vec<DVec3>; 2],
+    sums: Vec<[DVec3; 2]>,
 }
 
 /// Weight of each stage, and how far from the start the next one lies, both in steps.
@@ -30,9 +31,10 @@ impl Rk4 {
     pub(super) fn new(model: &Model) -> Self {
         let zero = vec![DVec3::ZERO; model.particles()];
         Self {
+            pass: Accelerations::new(model),
             start: State::at_rest(zero.clone()),
-            accelerations: zero.clone(),
-            sums: [zero.clone(), zero],
+            sums: vec![[DVec3::ZERO; 2]; zero.len()],
+            accelerations: zero,
         }
     }
 
@@ -40,22 +42,28 @@ impl Rk4 {
     ///
     /// Fourth order on smooth problems; stable for dt ω ≤ 2√2 without damping, and slightly damping.
     pub(super) fn advance(&mut self, model: &Model, dt: f64, state: &mut State) {
-        self.start.copy_from(state);
-        self.sums.iter_mut().for_each(|sum| sum.fill(DVec3::ZERO));
+        let Self {
+            pass,
+            start,
+            accelerations,
+            sums,
+        } = self;
+        start.copy_from(state);
+        sums.fill([DVec3::ZERO; 2]);
         for (weight, ahead) in STAGES {
-            accelerations(model, state, &mut self.accelerations);
-            for (i, &a) in self.accelerations.iter().enumerate() {
-                let v = state.velocities[i];
-                self.sums[0][i] += v * weight;
-                self.sums[1][i] += a * weight;
-                state.positions[i] = self.start.positions[i] + v * (ahead * dt);
-                state.velocities[i] = self.start.velocities[i] + a * (ahead * dt);
-            }
+            pass.set(model, state, accelerations);
+            update(state, sums, |i, x, v, sums| {
+                let (speed, a) = (*v, accelerations[i]);
+                sums[0] += speed * weight;
+                sums[1] += a * weight;
+                *x = start.positions[i] + speed * (ahead * dt);
+                *v = start.velocities[i] + a * (ahead * dt);
+            });
         }
-        for i in 0..self.accelerations.len() {
-            state.positions[i] = self.start.positions[i] + self.sums[0][i] * dt;
-            state.velocities[i] = self.start.velocities[i] + self.sums[1][i] * dt;
-        }
+        update(state, sums, |i, x, v, sums| {
+            *x = start.positions[i] + sums[0] * dt;
+            *v = start.velocities[i] + sums[1] * dt;
+        });
     }
 }
 

@@ -1,13 +1,14 @@
 //! Symplectic (semi-implicit) Euler.
 
-use super::explicit::accelerations;
+use super::explicit::{Accelerations, update};
 use crate::model::Model;
 use crate::state::State;
 use glam::DVec3;
 
-/// Work array of the scheme.
+/// The scheme's pass and work array.
 #[derive(Debug)]
 pub struct SymplecticEuler {
+    pass: Accelerations,
     /// Acceleration of each particle (m/s²).
     accelerations: Vec<DVec3>,
 }
@@ -15,6 +16,7 @@ pub struct SymplecticEuler {
 impl SymplecticEuler {
     pub(super) fn new(model: &Model) -> Self {
         Self {
+            pass: Accelerations::new(model),
             accelerations: vec![DVec3::ZERO; model.particles()],
         }
     }
@@ -23,11 +25,11 @@ impl SymplecticEuler {
     ///
     /// Stable for dt ω ≤ 2 without damping, ω² the largest eigenvalue of M⁻¹K; first order.
     pub(super) fn advance(&mut self, model: &Model, dt: f64, state: &mut State) {
-        accelerations(model, state, &mut self.accelerations);
-        for (i, a) in self.accelerations.iter().enumerate() {
-            state.velocities[i] += *a * dt;
-            state.positions[i] += state.velocities[i] * dt;
-        }
+        self.pass.set(model, state, &mut self.accelerations);
+        update(state, &mut self.accelerations, |_, x, v, a| {
+            *v += *a * dt;
+            *x += *v * dt;
+        });
     }
 }
 

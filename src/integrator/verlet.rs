@@ -3,13 +3,16 @@
 //! Source: Swope et al. 1982; the prediction of the velocity is that of Groot and Warren 1997 with
 //! λ = 1.
 
+use super::explicit::update;
+use crate::force::ForcePass;
 use crate::model::Model;
 use crate::state::State;
 use glam::DVec3;
 
-/// Work arrays of the scheme; one entry a particle.
+/// The scheme's pass and work arrays; one entry a particle.
 #[derive(Debug)]
 pub struct Verlet {
+    pass: ForcePass,
     /// Forces of the laws (N) at `at`, which the next step begins with.
     forces: Vec<DVec3>,
     /// Positions at which `forces` was taken (m): limits and contact may have moved particles since.
@@ -24,6 +27,7 @@ impl Verlet {
     pub(super) fn new(model: &Model) -> Self {
         let zero = vec![DVec3::ZERO; model.particles()];
         Self {
+            pass: model.force_pass(),
             forces: zero.clone(),
             // Nowhere: the first step takes the forces.
             at: vec![DVec3::NAN; model.particles()],
@@ -38,37 +42,30 @@ impl Verlet {
     /// scheme of second order. Without damping it is symplectic and stable for dt ω ≤ 2. One pass of
     /// the laws' forces a step.
     pub(super) fn advance(&mut self, model: &Model, dt: f64, state: &mut State) {
-        if self.at != state.positions {
-            self.take_forces(model, state);
+        let Self {
+            pass,
+            forces,
+            at,
+            damping,
+            middle,
+        } = self;
+        if *at != state.positions {
+            pass.set_laws(state, forces);
         }
-        self.take_damping(model, state);
-        for i in 0..self.middle.len() {
-            let gain = (self.forces[i] + self.damping[i]) * (0.5 * dt * model.inverse_masses[i]);
-            self.middle[i] = state.velocities[i] + gain;
-            state.positions[i] += self.middle[i] * dt;
-            state.velocities[i] = self.middle[i] + gain;
-        }
-        self.take_forces(model, state);
-        self.take_damping(model, state);
-        for i in 0..self.middle.len() {
-            let gain = (self.forces[i] + self.damping[i]) * (0.5 * dt * model.inverse_masses[i]);
-            state.velocities[i] = self.middle[i] + gain;
-        }
-    }
-
-    fn take_forces(&mut self, model: &Model, state: &State) {
-        self.forces.fill(DVec3::ZERO);
-        for force in model.forces() {
-            force.add_forces(state, &mut self.forces);
-        }
-        self.at.copy_from_slice(&state.positions);
-    }
-
-    fn take_damping(&mut self, model: &Model, state: &State) {
-        self.damping.fill(DVec3::ZERO);
-        for damping in model.dampings() {
-            damping.add_forces(state, &mut self.damping);
-        }
+        pass.set_dampings(state, damping);
+        let half = |i: usize| 0.5 * dt * model.inverse_masses[i];
+        update(state, middle, |i, x, v, middle| {
+            let gain = (forces[i] + damping[i]) * half(i);
+            *middle = *v + gain;
+            *x += *middle * dt;
+            *v = *middle + gain;
+        });
+        pass.set_laws(state, forces);
+        pass.set_dampings(state, damping);
+        at.copy_from_slice(&state.positions);
+        update(state, middle, |i, _, v, middle| {
+            *v = *middle + (forces[i] + damping[i]) * half(i);
+        });
     }
 }
 

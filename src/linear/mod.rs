@@ -5,12 +5,14 @@
 //! result has the same bits for any number of threads.
 
 mod cholesky;
+mod chunks;
 mod conjugate_gradient;
 mod pair_matrix;
 mod pairs;
 mod team;
 
 pub use cholesky::{Cholesky, NotPositiveDefinite};
+pub use chunks::Chunks;
 pub use conjugate_gradient::{ConjugateGradient, Limits, Solve, System};
 pub use pair_matrix::{Assembly, LineBlock, PairMatrix, Pattern, Slot, outer};
 

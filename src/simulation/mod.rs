@@ -4,6 +4,7 @@ mod divergence;
 mod equilibrium;
 mod stability;
 mod stats;
+mod survey;
 
 pub use divergence::Diverged;
 pub use equilibrium::{Rest, settle};
@@ -11,13 +12,14 @@ pub use stability::{Forecast, forecast};
 pub use stats::{Stage, StageTimes, Stats};
 
 use crate::collision::{Contacts, Detection, Masses, respond};
-use crate::energy::{Ledger, kinetic};
+use crate::energy::Ledger;
 use crate::integrator::{Integrator, Scheme};
 use crate::linear::Solve;
 use crate::model::Model;
 use crate::state::State;
 use crate::strain_limit::{Limited, Wall};
 use glam::DVec3;
+use survey::Survey;
 
 /// A model, its state, and the scheme that moves it.
 #[derive(Debug)]
@@ -93,18 +95,21 @@ impl Simulation {
     pub fn step(&mut self) -> Result<StepStats, Diverged> {
         self.before.copy_from(&self.state);
         let solve = self.integrate();
-        self.check_sense()?;
+        let mut survey = self.survey();
+        self.check_sense(&survey)?;
         self.book_damping();
         let limited = self.limit_strain_and_contact();
-        let strain = self.measure_strain();
+        if self.model.strain_limit.is_some() || !self.model.obstacles.is_empty() {
+            survey = self.survey(); // the state may be another one
+            self.check_finite(&survey)?;
+        }
         let step = StepStats {
             solve,
             limited,
-            strain,
+            strain: survey.strain(),
             depth: self.contacts.deepest(),
         };
-        self.check_finite()?;
-        self.book(&step);
+        self.book(&step, survey.kinetic);
         Ok(step)
     }
 
@@ -236,8 +241,8 @@ impl Simulation {
             .time(Stage::Respond, || respond(contacts, masses, spread, state))
     }
 
-    /// Largest strain of the springs that stand for the weave; 0 without springs.
-    fn measure_strain(&mut self) -> f64 {
+    /// Looks for what is wrong, and measures strain and kinetic energy.
+    fn survey(&mut self) -> Survey {
         let Self {
             model,
             state,
@@ -246,17 +251,11 @@ impl Simulation {
         } = self;
         stats
             .times
-            .time(Stage::Measure, || model.largest_strain(&state.positions))
+            .time(Stage::Measure, || Survey::of(model, state))
     }
 
-    fn book(&mut self, step: &StepStats) {
-        let Self {
-            model,
-            state,
-            stats,
-            ..
-        } = self;
-        let kinetic = stats.times.time(Stage::Measure, || kinetic(model, state));
+    fn book(&mut self, step: &StepStats, kinetic: f64) {
+        let stats = &mut self.stats;
         stats.kinetic_peak = stats.kinetic_peak.max(kinetic);
         stats.strain = step.strain;
         stats.strain_ever = stats.strain_ever.max(step.strain);
