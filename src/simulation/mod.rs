@@ -14,7 +14,7 @@ pub use stats::{Stage, StageTimes, Stats};
 use crate::collision::{Contacts, Detection, Masses, respond};
 use crate::energy::Ledger;
 use crate::integrator::{Integrator, Scheme};
-use crate::linear::Solve;
+use crate::linear::{Solve, awake};
 use crate::model::Model;
 use crate::state::State;
 use crate::strain_limit::{Limited, Wall};
@@ -93,6 +93,10 @@ impl Simulation {
     /// When the state is no longer finite or stretched beyond sense. The state is then the last
     /// good one.
     pub fn step(&mut self) -> Result<StepStats, Diverged> {
+        awake(|| self.step_awake())
+    }
+
+    fn step_awake(&mut self) -> Result<StepStats, Diverged> {
         self.before.copy_from(&self.state);
         let solve = self.integrate();
         let mut survey = self.survey();
