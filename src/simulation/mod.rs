@@ -6,7 +6,7 @@ mod stability;
 mod stats;
 mod survey;
 
-pub use divergence::Diverged;
+pub use divergence::{Diverged, Sign};
 pub use equilibrium::{Rest, settle};
 pub use stability::{Forecast, forecast};
 pub use stats::{Stage, StageTimes, Stats};

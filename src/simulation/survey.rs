@@ -5,6 +5,7 @@ use crate::force::largest_stretch_squared;
 use crate::linear::Chunks;
 use crate::model::Model;
 use crate::state::State;
+use glam::DVec3;
 use std::ops::Range;
 
 /// A thousand kilometres (m): beyond, the recording's `f32` has lost every centimetre.
@@ -61,14 +62,15 @@ impl Survey {
             &state.positions[range.clone()],
             &state.velocities[range.clone()],
         );
-        let (mut finite, mut near) = (true, true);
+        // Zero times a number is zero; times infinity or NaN it is NaN, and stays it in the sum.
+        let (mut zero, mut farthest) = (DVec3::ZERO, 0.0_f64);
         for (x, v) in positions.iter().zip(velocities) {
-            finite &= x.is_finite() & v.is_finite();
-            near &= x.length_squared() <= FAR * FAR;
+            zero += *x * 0.0 + *v * 0.0;
+            farthest = farthest.max(x.length_squared());
         }
         Self {
-            finite,
-            near,
+            finite: !zero.is_nan(),
+            near: farthest <= FAR * FAR,
             kinetic: kinetic_of(&model.masses[range], velocities),
             ..Self::default()
         }
