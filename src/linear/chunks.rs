@@ -77,7 +77,7 @@ impl Chunks {
             length: self.count(),
         };
         one_each.for_each(&mut found[..self.count()], |chunk, found| {
-            found[0] = look(chunk)
+            found[0] = look(chunk);
         });
         found.into_iter().take(self.count())
     }
