@@ -80,7 +80,7 @@ fn everything() -> Built {
     let path = fresh_folder("everything").join("shell.obj");
     std::fs::write(&path, shell).unwrap();
     let text = EVERYTHING.replace("SHELL", &path.display().to_string());
-    muslin::scene::build(&written("everything", &text)).unwrap()
+    scene::build(&written("everything", &text)).unwrap()
 }
 
 /// States from gently shaken to nearly degenerate, with random velocities.
@@ -341,7 +341,7 @@ fn momentum_of_a_free_sheet_stays() {
         "cloth.0.damping.stiffness=0.0001",
     ];
     for scheme in SCHEMES {
-        let built = muslin::scene::build(&crate::support::load("drape", &changes)).unwrap();
+        let built = scene::build(&load("drape", &changes)).unwrap();
         let mut numbers = Numbers(17);
         let mut state = built.state;
         // A common motion, and a shaking that stretches, so that strain limiting takes part.
@@ -359,7 +359,7 @@ fn momentum_of_a_free_sheet_stays() {
                 .sum()
         };
         let before = momentum(&state);
-        let mut run = muslin::simulation::Simulation::new(built.model, state, scheme, 2e-4);
+        let mut run = Simulation::new(built.model, state, scheme, 2e-4);
         run_to(&mut run, 0.1);
         assert!(
             run.stats().limit_passes > 0,
