@@ -4,8 +4,10 @@ mod pin_work;
 
 pub use pin_work::PinWork;
 
+use crate::linear::Chunks;
 use crate::model::Model;
 use crate::state::State;
+use glam::DVec3;
 
 /// The energies of a state (J).
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -55,8 +57,24 @@ pub fn potential(model: &Model, state: &State) -> f64 {
 
 /// ½ Σ m v² (J).
 pub fn kinetic(model: &Model, state: &State) -> f64 {
-    let each = model.masses.iter().zip(&state.velocities);
-    each.map(|(m, v)| 0.5 * m * v.length_squared()).sum()
+    let chunks = Chunks::of(model.particles());
+    let part = |chunk| {
+        let range = chunks.range(chunk);
+        kinetic_of(&model.masses[range.clone()], &state.velocities[range])
+    };
+    chunks.map(part).sum()
+}
+
+/// ½ Σ m v² (J) of some particles.
+pub(crate) fn kinetic_of(masses: &[f64], velocities: &[DVec3]) -> f64 {
+    // Four sums side by side: one after the other, each addition waits for the last.
+    let mut sums = [0.0; 4];
+    for (masses, velocities) in masses.chunks(4).zip(velocities.chunks(4)) {
+        for (sum, (m, v)) in sums.iter_mut().zip(masses.iter().zip(velocities)) {
+            *sum += 0.5 * m * v.length_squared();
+        }
+    }
+    sums.iter().sum()
 }
 
 /// Energy taken out of the motion and put into it since the start.

@@ -7,8 +7,8 @@ pub use pins::{Drive, Pins, Release};
 
 use crate::collision::Obstacle;
 use crate::force::{
-    Damping, DiscreteShell, EdgeSpring, Force, Gravity, Hinge, HingeBatch, HingeDamping,
-    MassDamping, SpringBatch, SpringDamping, Stiffness,
+    Damping, DiscreteShell, EdgeSpring, Force, ForcePass, Gravity, Hinge, HingeBatch, HingeDamping,
+    MassDamping, SpringBatch, SpringDamping, Stiffness, largest_stretch_squared,
 };
 use crate::strain_limit::StrainLimit;
 use glam::DVec3;
@@ -111,6 +111,11 @@ impl Model {
         mass.chain(springs).chain(hinges)
     }
 
+    /// Every force and damping, for passes on all threads.
+    pub fn force_pass(&self) -> ForcePass {
+        ForcePass::new(self.particles(), self.forces(), self.dampings())
+    }
+
     /// The hinges of both laws.
     pub fn hinges(&self) -> impl Iterator<Item = &Hinge> {
         let edge_springs = self.edge_springs.iter().flat_map(|batch| &batch.hinges);
@@ -131,8 +136,9 @@ impl Model {
 
     /// Largest strain of the weave; 0 without springs.
     pub fn largest_strain(&self, positions: &[DVec3]) -> f64 {
-        let springs = self.weave().flat_map(|batch| &batch.springs);
-        let squares = springs.map(|spring| spring.stretch_squared(positions));
+        let squares = self
+            .weave()
+            .map(|batch| largest_stretch_squared(&batch.springs, positions));
         squares
             .reduce(f64::max)
             .map_or(0.0, |square| square.sqrt() - 1.0)

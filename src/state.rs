@@ -1,5 +1,6 @@
 //! What moves: time, positions, velocities.
 
+use crate::linear::Chunks;
 use glam::DVec3;
 
 /// The moving part of a simulation: one entry a particle, all cloths in a row.
@@ -36,7 +37,12 @@ impl State {
     /// Copies another state of the same size without allocating.
     pub fn copy_from(&mut self, other: &Self) {
         self.time = other.time;
-        self.positions.copy_from_slice(&other.positions);
-        self.velocities.copy_from_slice(&other.velocities);
+        let chunks = Chunks::of(self.positions.len());
+        chunks.for_each(&mut self.positions, |chunk, positions| {
+            positions.copy_from_slice(&other.positions[chunks.range(chunk)]);
+        });
+        chunks.for_each(&mut self.velocities, |chunk, velocities| {
+            velocities.copy_from_slice(&other.velocities[chunks.range(chunk)]);
+        });
     }
 }

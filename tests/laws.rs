@@ -1,11 +1,12 @@
 //! Laws that every force, and every scheme, has to keep.
 
-use crate::support::{IMPLICIT, Numbers, fresh_folder, run_to, simulation, strip, written};
+use crate::support::{IMPLICIT, Numbers, fresh_folder, load, run_to, simulation, strip, written};
 use glam::{DQuat, DVec3};
 use muslin::force::Jacobian;
 use muslin::integrator::{Integrator, Linear};
 use muslin::linear::{Assembly, PairMatrix};
-use muslin::scene::Built;
+use muslin::scene::{self, Built};
+use muslin::simulation::{Sign, Simulation};
 use muslin::state::State;
 
 const SCHEMES: [Integrator; 2] = [Integrator::SymplecticEuler, IMPLICIT];
@@ -79,7 +80,7 @@ fn everything() -> Built {
     let path = fresh_folder("everything").join("shell.obj");
     std::fs::write(&path, shell).unwrap();
     let text = EVERYTHING.replace("SHELL", &path.display().to_string());
-    muslin::scene::build(&written("everything", &text)).unwrap()
+    scene::build(&written("everything", &text)).unwrap()
 }
 
 /// States from gently shaken to nearly degenerate, with random velocities.
@@ -340,7 +341,7 @@ fn momentum_of_a_free_sheet_stays() {
         "cloth.0.damping.stiffness=0.0001",
     ];
     for scheme in SCHEMES {
-        let built = muslin::scene::build(&crate::support::load("drape", &changes)).unwrap();
+        let built = scene::build(&load("drape", &changes)).unwrap();
         let mut numbers = Numbers(17);
         let mut state = built.state;
         // A common motion, and a shaking that stretches, so that strain limiting takes part.
@@ -358,7 +359,7 @@ fn momentum_of_a_free_sheet_stays() {
                 .sum()
         };
         let before = momentum(&state);
-        let mut run = muslin::simulation::Simulation::new(built.model, state, scheme, 2e-4);
+        let mut run = Simulation::new(built.model, state, scheme, 2e-4);
         run_to(&mut run, 0.1);
         assert!(
             run.stats().limit_passes > 0,
@@ -423,4 +424,151 @@ fn symplectic_euler_is_of_first_order() {
 fn implicit_euler_is_of_first_order() {
     let orders = orders(Integrator::ImplicitEuler(Linear::to(1e-6)), 2e-3, 16.0);
     assert!(orders.iter().all(|order| *order >= 0.9), "{orders:?}");
+}
+
+/// A sheet and a mesh with shuffled numbers, each of several chunks, with every kind of spring, both
+/// hinge laws and both dampings, shaken.
+fn shaken() -> Built {
+    let mut numbers = Numbers(11);
+    let text = strip([0.8, 0.8], [45, 45], |u, v| {
+        DVec3::new(u, 0.01 * (20.0 * u).sin(), v)
+    });
+    let path = fresh_folder("shaken").join("shuffled.obj");
+    std::fs::write(&path, shuffled(&text, &mut numbers)).unwrap();
+    let scene = format!(
+        "name = \"shaken\"\nduration = 1.0\n\
+        [[cloth]]\nname = \"sheet\"\nshape = {{ sheet = {{ size = [1.0, 1.0], cells = [50, 50], diagonals = \"both\" }} }}\n\
+        springs = [\"structural\", \"shear\", \"bend\"]\nbending = \"edge-spring\"\n\
+        material = {{ area_density = 0.2, stretch = 100.0, bend = 1.0e-5 }}\ndamping = {{ mass = 0.5, stiffness = 0.001 }}\n\
+        [[cloth]]\nname = \"mesh\"\nshape = {{ obj = {{ path = \"{}\" }} }}\nbending = \"discrete-shell\"\n\
+        material = {{ area_density = 0.2, stretch = 100.0, bend = 1.0e-5 }}\ndamping = {{ mass = 0.5, stiffness = 0.001 }}\n\
+        [[pin]]\ncloth = \"sheet\"\nselect = {{ edge = \"left\" }}\nclamp = true\n",
+        path.display()
+    );
+    let mut built = scene::build(&written("shaken", &scene)).unwrap();
+    shake(&mut built, &mut numbers);
+    built
+}
+
+/// An OBJ mesh with its vertices in any order.
+fn shuffled(text: &str, numbers: &mut Numbers) -> String {
+    let (vertices, faces): (Vec<&str>, Vec<&str>) = text.lines().partition(|l| l.starts_with('v'));
+    let mut order: Vec<(f64, usize)> = (0..vertices.len()).map(|i| (numbers.next(), i)).collect();
+    order.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut place = vec![0; order.len()];
+    let mut lines = Vec::new();
+    for (new, (_, old)) in order.into_iter().enumerate() {
+        place[old] = new + 1;
+        lines.push(vertices[old].to_owned());
+    }
+    for face in faces {
+        let corner = |word: &str| place[word.parse::<usize>().unwrap() - 1].to_string();
+        let corners: Vec<String> = face.split(' ').skip(1).map(corner).collect();
+        lines.push(format!("f {}", corners.join(" ")));
+    }
+    lines.join("\n") + "\n"
+}
+
+/// Moves every free particle a little, and gives it a velocity.
+fn shake(built: &mut Built, numbers: &mut Numbers) {
+    let state = &mut built.state;
+    for i in 0..state.positions.len() {
+        if !built.model.is_pinned(i) {
+            state.positions[i] += numbers.vector() * 1e-3;
+            state.velocities[i] = numbers.vector() * 0.1;
+        }
+    }
+}
+
+/// The pass on all threads gives what the laws give one by one, up to rounding, in every scene.
+#[test]
+fn the_force_pass_is_the_sum_of_the_laws() {
+    let mut numbers = Numbers(5);
+    let scenes = scene::BUILTIN
+        .iter()
+        .map(|(name, _)| scene::build(&load(name, &[])).unwrap());
+    for mut built in scenes.chain([everything(), shaken()]) {
+        shake(&mut built, &mut numbers);
+        let (model, state) = (&built.model, &built.state);
+        let zero = vec![DVec3::ZERO; model.particles()];
+        let (mut laws, mut dampings) = (zero.clone(), zero.clone());
+        model
+            .forces()
+            .for_each(|law| law.add_forces(state, &mut laws));
+        model
+            .dampings()
+            .for_each(|law| law.add_forces(state, &mut dampings));
+        let pass = model.force_pass();
+        let [mut all, mut of_laws, mut of_dampings] = [(); 3].map(|()| zero.clone());
+        pass.set_all(state, &mut all, |_, _| {});
+        pass.set_laws(state, &mut of_laws);
+        pass.set_dampings(state, &mut of_dampings);
+        let scale = laws
+            .iter()
+            .chain(&dampings)
+            .map(|f| f.length())
+            .fold(0.0, f64::max);
+        assert!(scale > 0.0);
+        for i in 0..zero.len() {
+            let errors = [
+                of_laws[i] - laws[i],
+                of_dampings[i] - dampings[i],
+                all[i] - laws[i] - dampings[i],
+            ];
+            assert!(
+                errors.iter().all(|error| error.length() < 1e-12 * scale),
+                "particle {i}: {errors:?} of {scale} N"
+            );
+        }
+    }
+}
+
+/// Every explicit scheme, with every law on a mesh of several chunks, for one, two and three threads.
+#[test]
+fn explicit_schemes_have_the_same_bits_for_any_number_of_threads() {
+    for scheme in Integrator::EXPLICIT {
+        let ends = [1, 2, 3].map(|threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+            pool.build().unwrap().install(|| {
+                let built = shaken();
+                assert!(built.model.particles() > 4 * 1024 && built.model.hinges().count() > 5000);
+                let mut run = Simulation::new(built.model, built.state, scheme, 1e-5);
+                let steps: Vec<_> = (0..20).map(|_| run.step().unwrap()).collect();
+                (run.state().clone(), steps, run.stats().kinetic_peak)
+            })
+        });
+        assert!(
+            ends[0] == ends[1] && ends[0] == ends[2],
+            "{}",
+            scheme.name()
+        );
+    }
+}
+
+/// A velocity or position that is no number is noticed in the step in which it comes, wherever it is.
+#[test]
+fn what_is_no_number_is_noticed_at_once() {
+    for scheme in [
+        Integrator::SymplecticEuler,
+        Integrator::Verlet,
+        Integrator::Rk4,
+    ] {
+        for (particle, value) in [(0, f64::NAN), (2600, f64::INFINITY), (4500, f64::NAN)] {
+            for in_position in [false, true] {
+                let mut built = shaken();
+                let lists = if in_position {
+                    &mut built.state.positions
+                } else {
+                    &mut built.state.velocities
+                };
+                lists[particle].z = value;
+                let mut run = Simulation::new(built.model, built.state, scheme, 1e-5);
+                let diverged = run.step().unwrap_err();
+                assert!(
+                    diverged.step == 1 && diverged.sign == Sign::NotFinite,
+                    "{diverged}"
+                );
+            }
+        }
+    }
 }

@@ -1,7 +1,8 @@
 //! Damping: mass-proportional on all motion, stiffness-proportional on change of length only.
 
-use super::{SpringBatch, Stiffness};
-use crate::linear::{Assembly, LineBlock, Pattern};
+use super::pass::Lists;
+use super::{Cut, Spring, SpringBatch, Stiffness, Window};
+use crate::linear::{Assembly, Chunks, LineBlock, Pattern};
 use crate::state::State;
 use glam::DVec3;
 use std::fmt::Debug;
@@ -16,6 +17,9 @@ pub trait Damping: Debug + Send + Sync {
 
     /// Adds the damping forces (N).
     fn add_forces(&self, state: &State, forces: &mut [DVec3]);
+
+    /// The damping cut by chunks of the particles, for [`super::ForcePass`].
+    fn cut(&self, chunks: Chunks) -> Box<dyn Cut>;
 
     /// Particles between which the law has blocks.
     fn pattern(&self) -> Pattern;
@@ -45,12 +49,11 @@ impl Damping for MassDamping {
     }
 
     fn add_forces(&self, state: &State, forces: &mut [DVec3]) {
-        for (force, (&c, &v)) in forces
-            .iter_mut()
-            .zip(self.drag.iter().zip(&state.velocities))
-        {
-            *force -= v * c;
-        }
+        Cut::add_forces(self, 0, state, &mut Window::whole(forces));
+    }
+
+    fn cut(&self, _: Chunks) -> Box<dyn Cut> {
+        Box::new(self.clone())
     }
 
     fn pattern(&self) -> Pattern {
@@ -60,6 +63,18 @@ impl Damping for MassDamping {
     fn add_jacobian(&self, _: &State, scale: f64, assembly: &mut Assembly<'_>) {
         for (mass, c) in assembly.matrix.masses.iter_mut().zip(&self.drag) {
             *mass += scale * c;
+        }
+    }
+}
+
+impl Cut for MassDamping {
+    fn add_forces(&self, _: usize, state: &State, window: &mut Window<'_>) {
+        let range = window.range();
+        let moving = self.drag[range.clone()]
+            .iter()
+            .zip(&state.velocities[range]);
+        for (force, (&c, &v)) in window.forces.iter_mut().zip(moving) {
+            *force -= v * c;
         }
     }
 }
@@ -88,20 +103,30 @@ pub struct SpringDamping {
 }
 
 impl SpringDamping {
-    /// Ends, span (m), relative velocity (m/s) and damping c (N·s/m) of each damper.
-    fn each<'a>(
-        &'a self,
-        state: &'a State,
-    ) -> impl Iterator<Item = ([u32; 2], DVec3, DVec3, f64)> + 'a {
-        self.springs
-            .springs
-            .iter()
-            .zip(&self.times)
-            .map(|(spring, time)| {
-                let d = spring.span(&state.positions);
-                let v = spring.span(&state.velocities);
-                (spring.ends, d, v, time * spring.stiffness)
-            })
+    fn dampers(&self) -> impl Iterator<Item = Damper> + '_ {
+        let each = self.springs.springs.iter().zip(&self.times);
+        each.map(|(spring, time)| (*spring, *time))
+    }
+}
+
+/// A spring and its τ (s).
+type Damper = (Spring, f64);
+
+/// Span (m), relative velocity (m/s) and damping c (N·s/m) of a damper.
+#[inline]
+fn motion((spring, time): Damper, state: &State) -> (DVec3, DVec3, f64) {
+    let d = spring.span(&state.positions);
+    let v = spring.span(&state.velocities);
+    (d, v, time * spring.stiffness)
+}
+
+fn add_forces(dampers: impl Iterator<Item = Damper>, state: &State, window: &mut Window<'_>) {
+    for damper in dampers {
+        let (d, v, c) = motion(damper, state);
+        let f = damper_force(d, v, c);
+        let [i, j] = damper.0.ends;
+        window.add(i, f);
+        window.add(j, -f);
     }
 }
 
@@ -111,17 +136,23 @@ impl Damping for SpringDamping {
     }
 
     fn power(&self, state: &State) -> f64 {
-        self.each(state)
-            .map(|(_, d, v, c)| damper_force(d, v, c).dot(v))
-            .sum()
+        let power = |damper| {
+            let (d, v, c) = motion(damper, state);
+            damper_force(d, v, c).dot(v)
+        };
+        self.dampers().map(power).sum()
     }
 
     fn add_forces(&self, state: &State, forces: &mut [DVec3]) {
-        for ([i, j], d, v, c) in self.each(state) {
-            let f = damper_force(d, v, c);
-            forces[i as usize] += f;
-            forces[j as usize] -= f;
-        }
+        add_forces(self.dampers(), state, &mut Window::whole(forces));
+    }
+
+    fn cut(&self, chunks: Chunks) -> Box<dyn Cut> {
+        let dampers: Vec<Damper> = self.dampers().collect();
+        let add = |dampers: &[Damper], state: &State, window: &mut Window<'_>| {
+            add_forces(dampers.iter().copied(), state, window);
+        };
+        Box::new(Lists::new(chunks, &dampers, |(s, _)| s.ends, add))
     }
 
     fn pattern(&self) -> Pattern {
@@ -129,7 +160,8 @@ impl Damping for SpringDamping {
     }
 
     fn add_jacobian(&self, state: &State, scale: f64, assembly: &mut Assembly<'_>) {
-        for (element, (_, d, _, c)) in self.each(state).enumerate() {
+        for (element, damper) in self.dampers().enumerate() {
+            let (d, _, c) = motion(damper, state);
             let length_squared = d.length_squared();
             if length_squared > 0.0 {
                 assembly.add(

@@ -1,6 +1,7 @@
 //! Uniform gravity.
 
-use super::Force;
+use super::{Cut, Force, Window};
+use crate::linear::Chunks;
 use crate::state::State;
 use glam::DVec3;
 
@@ -23,8 +24,19 @@ impl Force for Gravity {
         self.masses.iter().zip(&state.positions).map(lifted).sum()
     }
 
-    fn add_forces(&self, _: &State, forces: &mut [DVec3]) {
-        for (force, &m) in forces.iter_mut().zip(&self.masses) {
+    fn add_forces(&self, state: &State, forces: &mut [DVec3]) {
+        Cut::add_forces(self, 0, state, &mut Window::whole(forces));
+    }
+
+    fn cut(&self, _: Chunks) -> Box<dyn Cut> {
+        Box::new(self.clone())
+    }
+}
+
+impl Cut for Gravity {
+    fn add_forces(&self, _: usize, _: &State, window: &mut Window<'_>) {
+        let masses = &self.masses[window.range()];
+        for (force, &m) in window.forces.iter_mut().zip(masses) {
             *force += self.acceleration * m;
         }
     }

@@ -4,8 +4,9 @@
 //! a hinge of a given cloth must be is the scene's: a plate rigidity, calibrated on the mesh.
 
 use super::dihedral::{Hessian, PAIRS};
-use super::{Dihedral, Fold, Force, Jacobian, Stiffness};
-use crate::linear::{Assembly, Pattern};
+use super::pass::Lists;
+use super::{Cut, Dihedral, Fold, Force, Jacobian, Stiffness, Window};
+use crate::linear::{Assembly, Chunks, Pattern};
 use crate::state::State;
 use glam::DVec3;
 use std::fmt::Debug;
@@ -78,15 +79,21 @@ impl<L: BendingLaw> Force for HingeBatch<L> {
     }
 
     fn add_forces(&self, state: &State, forces: &mut [DVec3]) {
-        for hinge in &self.hinges {
-            let dihedral = Dihedral::of(hinge.of(&state.positions));
-            let moment = hinge.stiffness * L::moment(dihedral.fold, hinge.rest_angle);
-            let [a, b, c, d] = hinge.corners;
-            let [at_a, at_b, at_c, at_d] = dihedral.gradient;
-            forces[a as usize] -= at_a * moment;
-            forces[b as usize] -= at_b * moment;
-            forces[c as usize] -= at_c * moment;
-            forces[d as usize] -= at_d * moment;
+        add_forces::<L>(&self.hinges, state, &mut Window::whole(forces));
+    }
+
+    fn cut(&self, chunks: Chunks) -> Box<dyn Cut> {
+        let corners = |hinge: &Hinge| hinge.corners;
+        Box::new(Lists::new(chunks, &self.hinges, corners, add_forces::<L>))
+    }
+}
+
+fn add_forces<L: BendingLaw>(hinges: &[Hinge], state: &State, window: &mut Window<'_>) {
+    for hinge in hinges {
+        let dihedral = Dihedral::of(hinge.of(&state.positions));
+        let moment = hinge.stiffness * L::moment(dihedral.fold, hinge.rest_angle);
+        for (corner, gradient) in hinge.corners.into_iter().zip(dihedral.gradient) {
+            window.add(corner, gradient * -moment);
         }
     }
 }

@@ -2,8 +2,9 @@
 
 use super::dihedral::Hessian;
 use super::hinge::{add_hessian, hinge_pattern};
-use super::{Damping, Dihedral, Hinge};
-use crate::linear::{Assembly, Pattern};
+use super::pass::Lists;
+use super::{Cut, Damping, Dihedral, Hinge, Window};
+use crate::linear::{Assembly, Chunks, Pattern};
 use crate::state::State;
 use glam::DVec3;
 
@@ -20,18 +21,30 @@ pub struct HingeDamping {
 }
 
 impl HingeDamping {
-    /// Hinge, gradient of its angle (1/m), rate of its angle (1/s) and damping c (N·m·s).
-    fn each<'a>(
-        &'a self,
-        state: &'a State,
-    ) -> impl Iterator<Item = (&'a Hinge, [DVec3; 4], f64, f64)> + 'a {
-        let hinges = self.hinges.iter().zip(&self.times);
-        hinges.map(|(hinge, time)| {
-            let gradient = Dihedral::of(hinge.of(&state.positions)).gradient;
-            let velocities = hinge.of(&state.velocities);
-            let rate = gradient.iter().zip(velocities).map(|(g, v)| g.dot(v)).sum();
-            (hinge, gradient, rate, time * hinge.stiffness)
-        })
+    fn dampers(&self) -> impl Iterator<Item = Damper> + '_ {
+        let each = self.hinges.iter().zip(&self.times);
+        each.map(|(hinge, time)| (*hinge, *time))
+    }
+}
+
+/// A hinge and its τ (s).
+type Damper = (Hinge, f64);
+
+/// Gradient of a hinge's angle (1/m), rate of its angle (1/s) and damping c (N·m·s).
+#[inline]
+fn motion((hinge, time): Damper, state: &State) -> ([DVec3; 4], f64, f64) {
+    let gradient = Dihedral::of(hinge.of(&state.positions)).gradient;
+    let velocities = hinge.of(&state.velocities);
+    let rate = gradient.iter().zip(velocities).map(|(g, v)| g.dot(v)).sum();
+    (gradient, rate, time * hinge.stiffness)
+}
+
+fn add_forces(dampers: impl Iterator<Item = Damper>, state: &State, window: &mut Window<'_>) {
+    for damper in dampers {
+        let (gradient, rate, c) = motion(damper, state);
+        for (corner, gradient) in damper.0.corners.into_iter().zip(gradient) {
+            window.add(corner, gradient * (-c * rate));
+        }
     }
 }
 
@@ -41,17 +54,23 @@ impl Damping for HingeDamping {
     }
 
     fn power(&self, state: &State) -> f64 {
-        self.each(state)
-            .map(|(_, _, rate, c)| c * rate * rate)
-            .sum()
+        let power = |damper| {
+            let (_, rate, c) = motion(damper, state);
+            c * rate * rate
+        };
+        self.dampers().map(power).sum()
     }
 
     fn add_forces(&self, state: &State, forces: &mut [DVec3]) {
-        for (hinge, gradient, rate, c) in self.each(state) {
-            for (corner, gradient) in hinge.corners.into_iter().zip(gradient) {
-                forces[corner as usize] -= gradient * (c * rate);
-            }
-        }
+        add_forces(self.dampers(), state, &mut Window::whole(forces));
+    }
+
+    fn cut(&self, chunks: Chunks) -> Box<dyn Cut> {
+        let dampers: Vec<Damper> = self.dampers().collect();
+        let add = |dampers: &[Damper], state: &State, window: &mut Window<'_>| {
+            add_forces(dampers.iter().copied(), state, window);
+        };
+        Box::new(Lists::new(chunks, &dampers, |(h, _)| h.corners, add))
     }
 
     fn pattern(&self) -> Pattern {

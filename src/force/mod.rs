@@ -10,6 +10,7 @@ mod edge_spring;
 mod gravity;
 mod hinge;
 mod hinge_damping;
+mod pass;
 mod spring;
 
 pub use damping::{Damping, MassDamping, SpringDamping, damper_force};
@@ -19,9 +20,10 @@ pub use edge_spring::EdgeSpring;
 pub use gravity::Gravity;
 pub use hinge::{BendingLaw, Hinge, HingeBatch};
 pub use hinge_damping::HingeDamping;
-pub use spring::{Spring, SpringBatch, energy, force, jacobian};
+pub use pass::{Cut, ForcePass, Window};
+pub use spring::{Spring, SpringBatch, energy, force, jacobian, largest_stretch_squared};
 
-use crate::linear::{Assembly, Pattern};
+use crate::linear::{Assembly, Chunks, Pattern};
 use crate::state::State;
 use glam::DVec3;
 use std::fmt::Debug;
@@ -36,6 +38,9 @@ pub trait Force: Debug + Send + Sync {
 
     /// Adds −∂E/∂x (N) to `forces`, one entry a particle.
     fn add_forces(&self, state: &State, forces: &mut [DVec3]);
+
+    /// The law cut by chunks of the particles, for [`ForcePass`].
+    fn cut(&self, chunks: Chunks) -> Box<dyn Cut>;
 }
 
 /// A force whose derivative the implicit schemes need.

@@ -4,8 +4,9 @@
 //! k·1 are linear and regular everywhere. With a rest length, force and direction are no longer
 //! linear, and at zero length the direction is undefined.
 
-use super::{Force, Jacobian, Stiffness};
-use crate::linear::{Assembly, LineBlock, Pattern};
+use super::pass::Lists;
+use super::{Cut, Force, Jacobian, Stiffness, Window};
+use crate::linear::{Assembly, Chunks, LineBlock, Pattern};
 use crate::state::State;
 use glam::DVec3;
 
@@ -94,6 +95,27 @@ impl Spring {
     }
 }
 
+/// Largest λ² of some springs; NaN is passed over, and without springs it is −∞.
+///
+/// Four at once take 1.2 ns each, one after the other 2.5.
+pub fn largest_stretch_squared(springs: &[Spring], positions: &[DVec3]) -> f64 {
+    let mut largest = [f64::NEG_INFINITY; 4];
+    let (fours, rest) = springs.as_chunks::<4>();
+    for four in fours {
+        let squares = four
+            .each_ref()
+            .map(|spring| spring.stretch_squared(positions));
+        for (largest, square) in largest.iter_mut().zip(squares) {
+            *largest = if square > *largest { square } else { *largest };
+        }
+    }
+    let rest = rest.iter().map(|spring| spring.stretch_squared(positions));
+    largest
+        .into_iter()
+        .chain(rest)
+        .fold(f64::NEG_INFINITY, f64::max)
+}
+
 /// All springs of one family.
 #[derive(Clone, Debug)]
 pub struct SpringBatch {
@@ -129,15 +151,22 @@ impl Force for SpringBatch {
     }
 
     fn add_forces(&self, state: &State, forces: &mut [DVec3]) {
-        for spring in &self.springs {
-            let f = force(
-                spring.span(&state.positions),
-                spring.stiffness,
-                spring.rest_length,
-            );
-            forces[spring.ends[0] as usize] += f;
-            forces[spring.ends[1] as usize] -= f;
-        }
+        add_forces(&self.springs, state, &mut Window::whole(forces));
+    }
+
+    fn cut(&self, chunks: Chunks) -> Box<dyn Cut> {
+        let ends = |spring: &Spring| spring.ends;
+        Box::new(Lists::new(chunks, &self.springs, ends, add_forces))
+    }
+}
+
+/// One spring after the other: four or eight at once take as long, 3.0 to 3.3 ns each.
+fn add_forces(springs: &[Spring], state: &State, window: &mut Window<'_>) {
+    for spring in springs {
+        let d = spring.span(&state.positions);
+        let f = force(d, spring.stiffness, spring.rest_length);
+        window.add(spring.ends[0], f);
+        window.add(spring.ends[1], -f);
     }
 }
 

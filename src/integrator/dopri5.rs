@@ -3,7 +3,7 @@
 //! Source: Dormand and Prince 1980; step control after Hairer, Nørsett and Wanner 1993, section II.4.
 
 use super::Scheme;
-use super::explicit::accelerations;
+use super::explicit::Accelerations;
 use crate::collision::Contacts;
 use crate::linear::Solve;
 use crate::model::Model;
@@ -71,6 +71,7 @@ const MOST_STEPS: u32 = 100_000;
 /// Work arrays of the scheme; one entry a particle.
 #[derive(Debug)]
 pub(super) struct Dopri5 {
+    pass: Accelerations,
     /// Error of the positions in a step (m, root of the mean square).
     tolerance: f64,
     /// The step to try next (s); 0 before the first.
@@ -84,6 +85,7 @@ impl Dopri5 {
     pub(super) fn new(model: &Model, tolerance: f64) -> Self {
         let zero = || vec![DVec3::ZERO; model.particles()];
         Self {
+            pass: Accelerations::new(model),
             tolerance,
             step: 0.0,
             start: State::at_rest(zero()),
@@ -95,7 +97,7 @@ impl Dopri5 {
     fn set_slopes(&mut self, stage: usize, model: &Model, state: &State) {
         let [velocities, slopes] = &mut self.slopes[stage];
         velocities.copy_from_slice(&state.velocities);
-        accelerations(model, state, slopes);
+        self.pass.set(model, state, slopes);
     }
 
     /// Goes one step of `h` (s) from the start, whose slopes are known; returns the error in metres.

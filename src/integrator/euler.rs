@@ -1,16 +1,17 @@
 //! Explicit (forward) Euler: the scheme that shows why not.
 
 use super::Scheme;
-use super::explicit::accelerations;
+use super::explicit::{Accelerations, update};
 use crate::collision::Contacts;
 use crate::linear::Solve;
 use crate::model::Model;
 use crate::state::State;
 use glam::DVec3;
 
-/// Work array of the scheme.
+/// The scheme's pass and work array.
 #[derive(Debug)]
 pub(super) struct Euler {
+    pass: Accelerations,
     /// Acceleration of each particle (m/s²).
     accelerations: Vec<DVec3>,
 }
@@ -18,6 +19,7 @@ pub(super) struct Euler {
 impl Euler {
     pub(super) fn new(model: &Model) -> Self {
         Self {
+            pass: Accelerations::new(model),
             accelerations: vec![DVec3::ZERO; model.particles()],
         }
     }
@@ -29,11 +31,11 @@ impl Scheme for Euler {
     /// Feeds energy into every undamped oscillation, |amplification| = √(1 + ω² dt²) a step: stable
     /// only for dt ≤ c/ω², c the damping of the mode. First order.
     fn advance(&mut self, model: &Model, _: &mut Contacts, dt: f64, state: &mut State) -> Solve {
-        accelerations(model, state, &mut self.accelerations);
-        for (i, a) in self.accelerations.iter().enumerate() {
-            state.positions[i] += state.velocities[i] * dt;
-            state.velocities[i] += *a * dt;
-        }
+        self.pass.set(model, state, &mut self.accelerations);
+        update(state, &mut self.accelerations, |_, x, v, a| {
+            *x += *v * dt;
+            *v += *a * dt;
+        });
         Solve::NONE
     }
 }

@@ -3,22 +3,23 @@
 //! Source: Kutta 1901.
 
 use super::Scheme;
-use super::explicit::accelerations;
+use super::explicit::{Accelerations, update};
 use crate::collision::Contacts;
 use crate::linear::Solve;
 use crate::model::Model;
 use crate::state::State;
 use glam::DVec3;
 
-/// Work arrays of the scheme; one entry a particle.
+/// The scheme's pass and work arrays; one entry a particle.
 #[derive(Debug)]
 pub(super) struct Rk4 {
+    pass: Accelerations,
     /// The state at the start of the step.
     start: State,
     /// Acceleration of the present stage (m/s²).
     accelerations: Vec<DVec3>,
     /// Weighted sums of the stages' velocities and accelerations.
-    sums: [Vec<DVec3>; 2],
+    sums: Vec<[DVec3; 2]>,
 }
 
 /// Weight of each stage, and how far from the start the next one lies, both in steps.
@@ -33,9 +34,10 @@ impl Rk4 {
     pub(super) fn new(model: &Model) -> Self {
         let zero = vec![DVec3::ZERO; model.particles()];
         Self {
+            pass: Accelerations::new(model),
             start: State::at_rest(zero.clone()),
-            accelerations: zero.clone(),
-            sums: [zero.clone(), zero],
+            sums: vec![[DVec3::ZERO; 2]; zero.len()],
+            accelerations: zero,
         }
     }
 }
@@ -45,24 +47,30 @@ impl Scheme for Rk4 {
     ///
     /// Fourth order on smooth problems; stable for dt ω ≤ 2√2 without damping, and slightly damping.
     fn advance(&mut self, model: &Model, _: &mut Contacts, dt: f64, state: &mut State) -> Solve {
-        self.start.copy_from(state);
-        self.sums.iter_mut().for_each(|sum| sum.fill(DVec3::ZERO));
+        let Self {
+            pass,
+            start,
+            accelerations,
+            sums,
+        } = self;
+        start.copy_from(state);
+        sums.fill([DVec3::ZERO; 2]);
         for (weight, ahead) in STAGES {
-            accelerations(model, state, &mut self.accelerations);
-            for (i, &a) in self.accelerations.iter().enumerate() {
-                let v = state.velocities[i];
-                self.sums[0][i] += v * weight;
-                self.sums[1][i] += a * weight;
-                state.positions[i] = self.start.positions[i] + v * (ahead * dt);
-                state.velocities[i] = self.start.velocities[i] + a * (ahead * dt);
-            }
-            state.time = self.start.time + ahead * dt;
+            pass.set(model, state, accelerations);
+            update(state, sums, |i, x, v, sums| {
+                let (speed, a) = (*v, accelerations[i]);
+                sums[0] += speed * weight;
+                sums[1] += a * weight;
+                *x = start.positions[i] + speed * (ahead * dt);
+                *v = start.velocities[i] + a * (ahead * dt);
+            });
+            state.time = start.time + ahead * dt;
             model.drive(state);
         }
-        for i in 0..self.accelerations.len() {
-            state.positions[i] = self.start.positions[i] + self.sums[0][i] * dt;
-            state.velocities[i] = self.start.velocities[i] + self.sums[1][i] * dt;
-        }
+        update(state, sums, |i, x, v, sums| {
+            *x = start.positions[i] + sums[0] * dt;
+            *v = start.velocities[i] + sums[1] * dt;
+        });
         Solve::NONE
     }
 }

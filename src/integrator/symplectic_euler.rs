@@ -1,16 +1,17 @@
 //! Symplectic (semi-implicit) Euler.
 
 use super::Scheme;
-use super::explicit::accelerations;
+use super::explicit::{Accelerations, update};
 use crate::collision::Contacts;
 use crate::linear::Solve;
 use crate::model::Model;
 use crate::state::State;
 use glam::DVec3;
 
-/// Work array of the scheme.
+/// The scheme's pass and work array.
 #[derive(Debug)]
 pub(super) struct SymplecticEuler {
+    pass: Accelerations,
     /// Acceleration of each particle (m/s²).
     accelerations: Vec<DVec3>,
 }
@@ -18,6 +19,7 @@ pub(super) struct SymplecticEuler {
 impl SymplecticEuler {
     pub(super) fn new(model: &Model) -> Self {
         Self {
+            pass: Accelerations::new(model),
             accelerations: vec![DVec3::ZERO; model.particles()],
         }
     }
@@ -28,11 +30,11 @@ impl Scheme for SymplecticEuler {
     ///
     /// Stable for dt ω ≤ 2 without damping, ω² the largest eigenvalue of M⁻¹K; first order.
     fn advance(&mut self, model: &Model, _: &mut Contacts, dt: f64, state: &mut State) -> Solve {
-        accelerations(model, state, &mut self.accelerations);
-        for (i, a) in self.accelerations.iter().enumerate() {
-            state.velocities[i] += *a * dt;
-            state.positions[i] += state.velocities[i] * dt;
-        }
+        self.pass.set(model, state, &mut self.accelerations);
+        update(state, &mut self.accelerations, |_, x, v, a| {
+            *v += *a * dt;
+            *x += *v * dt;
+        });
         Solve::NONE
     }
 }

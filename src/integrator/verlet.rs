@@ -4,15 +4,18 @@
 //! λ = 1.
 
 use super::Scheme;
+use super::explicit::update;
 use crate::collision::Contacts;
+use crate::force::ForcePass;
 use crate::linear::Solve;
 use crate::model::Model;
 use crate::state::State;
 use glam::DVec3;
 
-/// Work arrays of the scheme; one entry a particle.
+/// The scheme's pass and work arrays; one entry a particle.
 #[derive(Debug)]
 pub(super) struct Verlet {
+    pass: ForcePass,
     /// Forces of the laws (N) at `at`, which the next step begins with.
     forces: Vec<DVec3>,
     /// Positions at which `forces` was taken (m): limits and contact may have moved particles since.
@@ -29,28 +32,13 @@ impl Verlet {
     pub(super) fn new(model: &Model) -> Self {
         let zero = vec![DVec3::ZERO; model.particles()];
         Self {
+            pass: model.force_pass(),
             forces: zero.clone(),
             // Nowhere: the first step takes the forces.
             at: vec![DVec3::NAN; model.particles()],
             released: 0,
             damping: zero.clone(),
             middle: zero,
-        }
-    }
-
-    fn take_forces(&mut self, model: &Model, state: &State) {
-        self.forces.fill(DVec3::ZERO);
-        for force in model.forces() {
-            force.add_forces(state, &mut self.forces);
-        }
-        self.at.copy_from_slice(&state.positions);
-        self.released = model.released();
-    }
-
-    fn take_damping(&mut self, model: &Model, state: &State) {
-        self.damping.fill(DVec3::ZERO);
-        for damping in model.dampings() {
-            damping.add_forces(state, &mut self.damping);
         }
     }
 }
@@ -62,24 +50,37 @@ impl Scheme for Verlet {
     /// scheme of second order. Without damping it is symplectic and stable for dt ω ≤ 2. One pass of
     /// the laws' forces a step.
     fn advance(&mut self, model: &Model, _: &mut Contacts, dt: f64, state: &mut State) -> Solve {
-        if self.at != state.positions || self.released != model.released() {
-            self.take_forces(model, state);
+        let Self {
+            pass,
+            forces,
+            at,
+            damping,
+            middle,
+            released,
+        } = self;
+        if *released != model.released() {
+            *pass = model.force_pass(); // hinges at clamps have changed
         }
-        self.take_damping(model, state);
-        for i in 0..self.middle.len() {
-            let gain = (self.forces[i] + self.damping[i]) * (0.5 * dt * model.inverse_masses[i]);
-            self.middle[i] = state.velocities[i] + gain;
-            state.positions[i] += self.middle[i] * dt;
-            state.velocities[i] = self.middle[i] + gain;
+        if *released != model.released() || *at != state.positions {
+            *released = model.released();
+            pass.set_laws(state, forces);
         }
+        pass.set_dampings(state, damping);
+        let half = |i: usize| 0.5 * dt * model.inverse_masses[i];
+        update(state, middle, |i, x, v, middle| {
+            let gain = (forces[i] + damping[i]) * half(i);
+            *middle = *v + gain;
+            *x += *middle * dt;
+            *v = *middle + gain;
+        });
         state.time += dt;
         model.drive(state);
-        self.take_forces(model, state);
-        self.take_damping(model, state);
-        for i in 0..self.middle.len() {
-            let gain = (self.forces[i] + self.damping[i]) * (0.5 * dt * model.inverse_masses[i]);
-            state.velocities[i] = self.middle[i] + gain;
-        }
+        pass.set_laws(state, forces);
+        pass.set_dampings(state, damping);
+        at.copy_from_slice(&state.positions);
+        update(state, middle, |i, _, v, middle| {
+            *v = *middle + (forces[i] + damping[i]) * half(i);
+        });
         Solve::NONE
     }
 }

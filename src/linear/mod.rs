@@ -5,14 +5,17 @@
 //! result has the same bits for any number of threads.
 
 mod cholesky;
+mod chunks;
 mod conjugate_gradient;
 mod pair_matrix;
 mod pairs;
 mod team;
 
 pub use cholesky::{Cholesky, NotPositiveDefinite};
+pub use chunks::Chunks;
 pub use conjugate_gradient::{ConjugateGradient, Limits, Solve, System};
 pub use pair_matrix::{Assembly, LineBlock, PairMatrix, Pattern, Slot, outer};
+pub use team::awake;
 
 /// Rows in a chunk: large enough that the blocks between chunks, which are read twice, are few (one
 /// in 25 for a 61 × 61 sheet with second neighbours), small enough for two threads to share.

@@ -1,5 +1,6 @@
 //! Noticing that a run has lost its sense, and saying why.
 
+use super::survey::Survey;
 use super::{Simulation, forecast};
 use crate::force::Spring;
 use crate::integrator::Integrator;
@@ -37,16 +38,13 @@ pub enum Sign {
     NotFinite,
     /// A spring is stretched beyond sense.
     Stretched,
-    /// A particle is farther than [`FAR`] from the origin.
+    /// A particle is more than a thousand kilometres away from the origin.
     Lost,
 }
 
 /// A strain that no cloth has: threefold length. Where springs of one cell are that long in the
 /// middle of a step, forces are off by orders of magnitude, and strain limiting would hide it.
 const SENSELESS_STRAIN: f64 = 2.0;
-
-/// A thousand kilometres (m): beyond, the recording's `f32` has lost every centimetre.
-const FAR: f64 = 1e6;
 
 /// The strain beyond which a run has lost its sense: a scene may start beyond the usual one.
 pub(super) fn sensible_strain(model: &Model, state: &State) -> f64 {
@@ -100,23 +98,18 @@ impl fmt::Display for Diverged {
 impl std::error::Error for Diverged {}
 
 impl Simulation {
-    /// Looks at strains before limiting, which would hide a senseless one.
-    pub(super) fn check_sense(&mut self) -> Result<(), Diverged> {
-        match self.most_strained() {
-            Some((_, _, strain)) if strain.is_nan() => Err(self.diverged(Sign::NotFinite)),
-            Some((_, _, strain)) if strain > self.sensible_strain => {
-                Err(self.diverged(Sign::Stretched))
-            }
-            _ => self.check_finite(),
+    /// Looks at the state before limiting, which would hide a senseless strain.
+    pub(super) fn check_sense(&mut self, survey: &Survey) -> Result<(), Diverged> {
+        if survey.finite && survey.strain() > self.sensible_strain {
+            return Err(self.diverged(Sign::Stretched));
         }
+        self.check_finite(survey)
     }
 
-    pub(super) fn check_finite(&mut self) -> Result<(), Diverged> {
-        if self.state.first_non_finite().is_some() {
-            return Err(self.diverged(Sign::NotFinite));
-        }
-        let far = |x: &glam::DVec3| x.length_squared() > FAR * FAR;
-        if self.state.positions.iter().any(far) {
+    pub(super) fn check_finite(&mut self, survey: &Survey) -> Result<(), Diverged> {
+        if !survey.finite {
+            Err(self.diverged(Sign::NotFinite))
+        } else if !survey.near {
             Err(self.diverged(Sign::Lost))
         } else {
             Ok(())

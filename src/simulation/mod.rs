@@ -4,20 +4,22 @@ mod divergence;
 mod equilibrium;
 mod stability;
 mod stats;
+mod survey;
 
-pub use divergence::Diverged;
+pub use divergence::{Diverged, Sign};
 pub use equilibrium::{Rest, settle};
 pub use stability::{Forecast, forecast};
 pub use stats::{Stage, StageTimes, Stats};
 
 use crate::collision::{Contacts, Detection, Masses, respond};
-use crate::energy::{Ledger, PinWork, kinetic, potential};
+use crate::energy::{Ledger, PinWork, potential};
 use crate::integrator::{Integrator, Scheme};
-use crate::linear::Solve;
+use crate::linear::{Solve, awake};
 use crate::model::Model;
 use crate::state::State;
 use crate::strain_limit::{Limited, Wall};
 use glam::DVec3;
+use survey::Survey;
 
 /// A model, its state, and the scheme that moves it.
 #[derive(Debug)]
@@ -98,21 +100,28 @@ impl Simulation {
     /// When the state is no longer finite or stretched beyond sense. The state is then the last
     /// good one.
     pub fn step(&mut self) -> Result<StepStats, Diverged> {
+        awake(|| self.step_awake())
+    }
+
+    fn step_awake(&mut self) -> Result<StepStats, Diverged> {
         self.before.copy_from(&self.state);
         self.release_pins();
         let solve = self.integrate();
-        self.check_sense()?;
+        let mut survey = self.survey();
+        self.check_sense(&survey)?;
         self.book_damping_and_pins();
         let limited = self.limit_strain_and_contact();
-        let strain = self.measure_strain();
+        if self.model.strain_limit.is_some() || !self.model.obstacles.is_empty() {
+            survey = self.survey(); // the state may be another one
+            self.check_finite(&survey)?;
+        }
         let step = StepStats {
             solve,
             limited,
-            strain,
+            strain: survey.strain(),
             depth: self.contacts.deepest(),
         };
-        self.check_finite()?;
-        self.book(&step);
+        self.book(&step, survey.kinetic);
         Ok(step)
     }
 
@@ -272,8 +281,8 @@ impl Simulation {
             .time(Stage::Respond, || respond(contacts, masses, spread, state))
     }
 
-    /// Largest strain of the springs that stand for the weave; 0 without springs.
-    fn measure_strain(&mut self) -> f64 {
+    /// Looks for what is wrong, and measures strain and kinetic energy.
+    fn survey(&mut self) -> Survey {
         let Self {
             model,
             state,
@@ -282,17 +291,11 @@ impl Simulation {
         } = self;
         stats
             .times
-            .time(Stage::Measure, || model.largest_strain(&state.positions))
+            .time(Stage::Measure, || Survey::of(model, state))
     }
 
-    fn book(&mut self, step: &StepStats) {
-        let Self {
-            model,
-            state,
-            stats,
-            ..
-        } = self;
-        let kinetic = stats.times.time(Stage::Measure, || kinetic(model, state));
+    fn book(&mut self, step: &StepStats, kinetic: f64) {
+        let stats = &mut self.stats;
         stats.kinetic_peak = stats.kinetic_peak.max(kinetic);
         stats.strain = step.strain;
         stats.strain_ever = stats.strain_ever.max(step.strain);
