@@ -9,6 +9,7 @@
 
 mod architecture;
 mod bending;
+mod blackbox;
 mod gallery;
 mod lab;
 mod laws;

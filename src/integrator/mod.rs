@@ -4,6 +4,7 @@ mod constraint;
 mod euler;
 mod explicit;
 mod implicit_euler;
+mod properties;
 mod rk4;
 mod symplectic_euler;
 mod verlet;

@@ -6,12 +6,14 @@
 
 mod cholesky;
 mod conjugate_gradient;
+mod lanczos;
 mod pair_matrix;
 mod pairs;
 mod team;
 
 pub use cholesky::{Cholesky, NotPositiveDefinite};
 pub use conjugate_gradient::{ConjugateGradient, Limits, Solve, System};
+pub use lanczos::largest_eigenvalues;
 pub use pair_matrix::{Assembly, LineBlock, PairMatrix, Pattern, Slot, outer};
 
 /// Rows in a chunk: large enough that the blocks between chunks, which are read twice, are few (one

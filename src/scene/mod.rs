@@ -18,6 +18,7 @@ mod rigidity;
 mod schema;
 mod select;
 mod spring_constant;
+mod step;
 mod stiffness;
 mod validate;
 
@@ -32,3 +33,4 @@ pub use schema::{
     Material, ObjShape, Obstacle, ObstacleShape, Pin, Record, Scene, Select, Shape, SheetShape,
     Solver, SpringDetailName, SpringKind, Start, StrainLimit,
 };
+pub use step::Step;

@@ -5,6 +5,7 @@ use super::schema::{
     BendingName, BlockShape, ChainShape, Cloth, ObjShape, Obstacle, ObstacleShape, Scene, Shape,
     SheetShape, SpringKind,
 };
+use super::step::Step;
 
 /// Checks every value that parsing can't.
 pub(super) fn check(scene: &Scene) -> Result<(), Fault> {
@@ -17,7 +18,9 @@ pub(super) fn check(scene: &Scene) -> Result<(), Fault> {
     }
     positive("duration", scene.duration)?;
     finite("gravity", &scene.gravity)?;
-    positive("solver.dt", scene.solver.dt)?;
+    if let Step::Seconds(dt) = scene.solver.dt {
+        positive("solver.dt", dt)?;
+    }
     positive("solver.linear_tolerance", scene.solver.linear_tolerance)?;
     if scene.solver.linear_tolerance >= 1.0 {
         let cause = "must be below 1: at 1 nothing is solved; 1e-3 is coarse, 1e-6 fine";

@@ -1,14 +1,23 @@
 //! One step as named stages, and what is measured on the way.
 
+mod budget;
+mod cause;
 mod divergence;
+mod element;
 mod equilibrium;
 mod stability;
 mod stats;
+mod step_length;
 
-pub use divergence::Diverged;
+pub use cause::{Cause, Part};
+pub use divergence::{Account, Diverged, Sign};
+pub use element::{Element, elements};
 pub use equilibrium::{Rest, settle};
-pub use stability::{Forecast, forecast};
+pub use stability::{Forecast, Limit, Mode, forecast};
 pub use stats::{Stage, StageTimes, Stats};
+pub use step_length::{AUTO_SHARE, NoStableStep, step_length, sweep_compliance};
+
+use budget::Budget;
 
 use crate::collision::{Contacts, Detection, Masses, respond};
 use crate::energy::{Ledger, kinetic};
@@ -32,6 +41,7 @@ pub struct Simulation {
     contacts: Contacts,
     detection: Detection,
     ledger: Ledger,
+    budget: Budget,
     /// A strain beyond this is no cloth's any more.
     sensible_strain: f64,
     stats: Stats,
@@ -74,6 +84,7 @@ impl Simulation {
             detection: Detection::new(&model.obstacles, model.cloth_particles()),
             sensible_strain: divergence::sensible_strain(&model, &state),
             ledger: Ledger::open(&model, &state),
+            budget: Budget::open(&model, &state, dt),
             stats: Stats::default(),
             unlimited: vec![DVec3::ZERO; limited],
             walls: vec![Wall::default(); limited],
@@ -88,14 +99,14 @@ impl Simulation {
     ///
     /// # Errors
     ///
-    /// When the state is no longer finite or stretched beyond sense. The state is then the last
-    /// good one.
+    /// When the state is no longer finite, stretched beyond sense, or has energy that no work explains.
+    /// The state is then the last good one.
     pub fn step(&mut self) -> Result<StepStats, Diverged> {
         self.before.copy_from(&self.state);
         let solve = self.integrate();
         self.check_sense()?;
         self.book_damping();
-        let limited = self.limit_strain_and_contact();
+        let limited = self.correct();
         let strain = self.measure_strain();
         let step = StepStats {
             solve,
@@ -104,7 +115,9 @@ impl Simulation {
             depth: self.contacts.deepest(),
         };
         self.check_finite()?;
-        self.book(&step);
+        let kinetic = self.measure_kinetic();
+        self.check_budget(kinetic)?;
+        self.book(&step, kinetic);
         Ok(step)
     }
 
@@ -143,6 +156,30 @@ impl Simulation {
         stats
             .times
             .time(Stage::Measure, || ledger.book(model, state, *dt));
+    }
+
+    /// Strain limiting and contact. What they add to the energy is no fault of the scheme's.
+    fn correct(&mut self) -> Limited {
+        if self.model.strain_limit.is_none() && self.model.obstacles.is_empty() {
+            return Limited::default();
+        }
+        let before = self.measure_energy();
+        let limited = self.limit_strain_and_contact();
+        let added = self.measure_energy() - before;
+        self.budget.grant(added);
+        limited
+    }
+
+    /// Kinetic, gravitational and elastic energy (J).
+    fn measure_energy(&mut self) -> f64 {
+        let Self {
+            model,
+            state,
+            stats,
+            ..
+        } = self;
+        let times = &mut stats.times;
+        times.time(Stage::Measure, || budget::total(model, state))
     }
 
     /// Repeats strain limiting and contact until nothing is inside a body any more.
@@ -249,14 +286,18 @@ impl Simulation {
             .time(Stage::Measure, || model.largest_strain(&state.positions))
     }
 
-    fn book(&mut self, step: &StepStats) {
+    fn measure_kinetic(&mut self) -> f64 {
         let Self {
             model,
             state,
             stats,
             ..
         } = self;
-        let kinetic = stats.times.time(Stage::Measure, || kinetic(model, state));
+        stats.times.time(Stage::Measure, || kinetic(model, state))
+    }
+
+    fn book(&mut self, step: &StepStats, kinetic: f64) {
+        let stats = &mut self.stats;
         stats.kinetic_peak = stats.kinetic_peak.max(kinetic);
         stats.strain = step.strain;
         stats.strain_ever = stats.strain_ever.max(step.strain);
