@@ -147,8 +147,9 @@ fn a_cloth_that_is_too_light_is_named() {
         let Cause::LongStep { times } = diverged.account.cause else {
             panic!("{}: {:?}", scheme.name(), diverged.account.cause);
         };
-        // At least by the root of the masses' ratio.
-        assert!(times > 8.0, "{}: {times}", scheme.name());
+        // ω is tenfold, so that 2/ω would make it 9; the drag, half of critical before, shortened the
+        // step then and hardly does now: symplectic Euler has 0.9 (√5 − 1)/((√401 − 1)/100) = 5.9.
+        assert!(times > 5.5, "{}: {times}", scheme.name());
         assert!(diverged.remedy().contains("less stiffness by mass"));
     }
 }
@@ -264,7 +265,10 @@ fn no_scene_raises_a_false_alarm_at_a_stable_step() {
                 }
             }
         }
-        for dt in [1.0 / 60.0, 0.004, 0.001] {
+        let Step::Seconds(own) = load(name, &[]).scene.solver.dt else {
+            continue;
+        };
+        for dt in [own, 0.5 * own] {
             passes(name, built(name, &[]), IMPLICIT, dt, 100);
         }
     }
@@ -280,7 +284,7 @@ fn what_falls_spins_or_starts_stretched_raises_no_false_alarm() {
             "gravity=[0, 0, 0]",
             "cloth.0.start.spin=[0, 12, 0]",
         ],
-        &["pin=[]", "cloth.0.start.stretch=[1.6, 1, 0.7]"],
+        &["pin=[]", "cloth.0.start.stretch=[1.3, 1, 0.9]"],
         &["cloth.0.start.velocity=[0, 9, 0]"],
     ];
     for changes in cases {

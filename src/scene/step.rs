@@ -23,10 +23,8 @@ impl FromStr for Step {
         if text == AUTO {
             return Ok(Self::Auto);
         }
-        let seconds = text.parse().map(Self::Seconds);
-        seconds.map_err(|_: std::num::ParseFloatError| {
-            format!("\"{text}\" is no step: use a number of seconds or \"auto\"")
-        })
+        let seconds = text.parse().map(Self::Seconds).ok();
+        seconds.ok_or_else(|| format!("\"{text}\" is no step: use a number of seconds or \"auto\""))
     }
 }
 
