@@ -299,7 +299,7 @@ fn what_falls_spins_or_starts_stretched_raises_no_false_alarm() {
                     passes(&what, built, scheme, AUTO_SHARE * limit, 1000);
                 }
             }
-            for dt in [0.1, 0.004] {
+            for dt in [0.01, 0.004] {
                 passes(&what, built("hanging-cloth", &changes), IMPLICIT, dt, 200);
             }
         }
