@@ -4,7 +4,7 @@ use crate::support::{load, run_to};
 use glam::DVec3;
 use muslin::integrator::Integrator;
 use muslin::scene::{self, BUILTIN};
-use muslin::simulation::Simulation;
+use muslin::simulation::{Simulation, forecast, step_length};
 
 /// A built-in scene as it is run by its name.
 fn built_in(name: &str) -> Simulation {
@@ -12,7 +12,9 @@ fn built_in(name: &str) -> Simulation {
     let built = scene::build(&loaded).unwrap_or_else(|error| panic!("{error}"));
     let solver = &loaded.scene.solver;
     let integrator = Integrator::of(solver);
-    Simulation::new(built.model, built.state, integrator, solver.dt)
+    let forecast = forecast(&built.model, &built.state);
+    let dt = step_length(solver.dt, integrator, &forecast).unwrap();
+    Simulation::new(built.model, built.state, integrator, dt)
 }
 
 /// Where the particles of each cloth are.

@@ -450,7 +450,7 @@ fn a_release_leaves_nothing_behind() {
 fn forecasts_foresee_the_release() {
     let omega = |pins: &str| {
         let run = run(&sheet("", pins), Integrator::Verlet, 1e-3);
-        forecast(run.model(), run.state()).omega
+        forecast(run.model(), run.state()).modes[0].omega
     };
     let free = omega("");
     assert_eq!(omega(&pin(ALL, "release = 0.5")), free);

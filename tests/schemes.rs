@@ -229,3 +229,124 @@ fn all_schemes_have_one_answer() {
         assert!(error < 1e-3, "{}: {error} m", scheme.name());
     }
 }
+
+/// The forecast's fastest mode against closed forms, within 1 %, where a search for it could go wrong.
+mod fastest_mode {
+    use super::*;
+    use muslin::model::Model;
+
+    fn omega(model: &Model, state: &muslin::state::State) -> f64 {
+        let modes = forecast(model, state).modes;
+        modes.iter().map(|mode| mode.omega).fold(0.0, f64::max)
+    }
+
+    fn built(name: &str, changes: &[&str]) -> scene::Built {
+        scene::build(&crate::support::load(name, changes)).unwrap()
+    }
+
+    fn check(what: &str, found: f64, exact: f64) {
+        println!("{what}: ω {found} rad/s, closed form {exact}");
+        let off = found / exact - 1.0;
+        // ω² within 1 %.
+        assert!(off.abs() < 0.005, "{what}: {found}, {exact}, off by {off}");
+    }
+
+    /// A free chain with half masses at its ends swings fastest with ω² = 4 k/m, neighbours against
+    /// each other.
+    #[test]
+    fn of_long_chains() {
+        for links in [1, 2, 10, 1000, 20_000] {
+            let text = CHAIN
+                .replace("links = 10", &format!("links = {links}"))
+                .split_once("[[pin]]")
+                .map(|(free, _)| free.to_owned())
+                .unwrap();
+            let built = scene::build(&written("mode", &text)).unwrap();
+            let k = built.model.springs[0].springs[0].stiffness;
+            let m = 0.1 / f64::from(links);
+            check(
+                &format!("{links} links"),
+                omega(&built.model, &built.state),
+                (4.0 * k / m).sqrt(),
+            );
+        }
+    }
+
+    /// In a sheet of structural springs alone every row is such a chain.
+    #[test]
+    fn of_a_large_sheet() {
+        let changes = [
+            "cloth.0.shape.sheet.cells=[200, 200]",
+            "cloth.0.springs=[\"structural\"]",
+            "pin=[]",
+        ];
+        let built = built("hanging-cloth", &changes);
+        let springs = built.model.springs.iter().flat_map(|batch| &batch.springs);
+        let own = springs.map(|s| {
+            let m = s.ends.map(|i| built.model.masses[i as usize]);
+            // Inside a row both ends have the row's mass; at its end one has half of it.
+            4.0 * s.stiffness / m[0].max(m[1])
+        });
+        let exact = own.fold(0.0, f64::max).sqrt();
+        check("200 x 200", omega(&built.model, &built.state), exact);
+    }
+
+    /// One spring a thousand times as stiff as the others swings almost by itself, and so does a
+    /// particle of a millionth of the mass.
+    #[test]
+    fn of_a_single_odd_element() {
+        let changes = ["cloth.0.shape.sheet.cells=[60, 60]", "pin=[]"];
+        let at = 1717;
+        let mut stiff = built("hanging-cloth", &changes);
+        let spring = &mut stiff.model.springs[0].springs[at];
+        spring.stiffness *= 1e3;
+        let [i, j] = spring.ends.map(|i| stiff.model.inverse_masses[i as usize]);
+        let exact = (spring.stiffness * (i + j)).sqrt();
+        let ends = spring.ends;
+        check("stiff spring", omega(&stiff.model, &stiff.state), exact);
+        let found = forecast(&stiff.model, &stiff.state).modes[0]
+            .element
+            .unwrap();
+        assert_eq!(found.particles(), ends);
+
+        let mut light = built("hanging-cloth", &changes);
+        light.model.masses[at] *= 1e-6;
+        light.model.inverse_masses[at] *= 1e6;
+        // Its neighbours as good as stand: ω² is the largest eigenvalue of its own block K/m.
+        let mut block = glam::DMat3::ZERO;
+        let springs = light.model.springs.iter().flat_map(|batch| &batch.springs);
+        for spring in springs.filter(|s| s.ends.contains(&(at as u32))) {
+            let d = spring.span(&light.state.positions).normalize_or_zero();
+            block += glam::DMat3::from_cols(d * d.x, d * d.y, d * d.z) * spring.stiffness;
+        }
+        let mut x = DVec3::new(0.3, 0.5, 0.7);
+        for _ in 0..2000 {
+            x = (block * x).normalize_or_zero();
+        }
+        let exact = (x.dot(block * x) / light.model.masses[at]).sqrt();
+        check("light particle", omega(&light.model, &light.state), exact);
+        let found = forecast(&light.model, &light.state).modes[0]
+            .element
+            .unwrap();
+        assert!(found.particles().contains(&(at as u32)));
+    }
+
+    const RUSTY: [&str; 3] = [
+        "cloth.0.damping.mass=1",
+        "cloth.1.damping.mass=1",
+        "cloth.2.damping.mass=1",
+    ];
+
+    /// Damping of one cloth makes no other stable.
+    #[test]
+    fn and_the_least_damped_cloth_binds() {
+        let pairs = built("rusty-and-oiled", &[]);
+        let forecast = forecast(&pairs.model, &pairs.state);
+        assert_eq!(forecast.stable_dt(Integrator::Euler), 0.0);
+        let rusty = built("rusty-and-oiled", &RUSTY);
+        assert!(
+            muslin::simulation::forecast(&rusty.model, &rusty.state).stable_dt(Integrator::Euler)
+                > 0.0
+        );
+    }
+}

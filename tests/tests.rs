@@ -9,6 +9,7 @@
 
 mod architecture;
 mod bending;
+mod blackbox;
 mod extremes;
 mod gallery;
 mod lab;

@@ -1,5 +1,6 @@
 //! What can be typed.
 
+use crate::scene::Step;
 use clap::{Args, Parser, Subcommand};
 use std::path::PathBuf;
 
@@ -50,9 +51,9 @@ pub(super) struct SceneArgs {
     /// Time integration scheme: euler, symplectic-euler, verlet, rk4 or implicit-euler.
     #[arg(long, value_name = "NAME")]
     integrator: Option<String>,
-    /// Time step (s).
-    #[arg(long, value_name = "S", allow_negative_numbers = true)]
-    dt: Option<f64>,
+    /// Time step (s), or auto: by scheme and forecast.
+    #[arg(long, value_name = "S|auto", allow_negative_numbers = true)]
+    dt: Option<Step>,
     /// Simulated time (s).
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     duration: Option<f64>,
@@ -84,7 +85,10 @@ impl SceneArgs {
                 .as_ref()
                 .map(|name| format!("solver.integrator={name:?}")),
         );
-        changes.extend(dt.map(|dt| format!("solver.dt={}", toml_number(dt))));
+        changes.extend(dt.map(|dt| match dt {
+            Step::Auto => "solver.dt=\"auto\"".to_owned(),
+            Step::Seconds(dt) => format!("solver.dt={}", toml_number(dt)),
+        }));
         changes.extend(duration.map(|duration| format!("duration={}", toml_number(duration))));
         changes.extend(fps.map(|fps| format!("record.fps={}", toml_number(fps))));
         changes

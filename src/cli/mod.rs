@@ -4,6 +4,7 @@ mod args;
 mod check;
 #[cfg(feature = "rerun")]
 mod export;
+mod foresight;
 mod lab;
 mod mannequin;
 mod progress;

@@ -3,7 +3,7 @@
 use crate::energy::Energies;
 use crate::frame::mean_strain;
 use crate::pipeline::{Finished, ms_per_frame};
-use crate::simulation::Stage;
+use crate::simulation::{Account, Cause, Diverged, Part, Stage};
 use serde_json::{Map, Value, json};
 
 /// The report of a finished run; its fields keep their names.
@@ -41,8 +41,67 @@ pub(super) fn report(scene: &str, threads: usize, finished: &Finished) -> Value 
     });
     if let (Some(diverged), Some(fields)) = (&finished.diverged, report.as_object_mut()) {
         fields.insert("reason".to_owned(), json!(diverged.to_string()));
+        fields.insert("divergence".to_owned(), divergence(diverged));
     }
     report
+}
+
+/// The black box of a run that diverged.
+fn divergence(diverged: &Diverged) -> Value {
+    let Account {
+        particle: (cloth, particle),
+        spring,
+        scheme,
+        limited,
+        limiting,
+        cause,
+        last_good,
+        ..
+    } = diverged.account.as_ref();
+    json!({
+        "step": diverged.step,
+        "time_s": diverged.time,
+        "stage": diverged.stage.name(),
+        "sign": diverged.sign.name(),
+        "particle": { "cloth": cloth, "number": particle },
+        "element": spring.as_ref().map(part),
+        "scheme": scheme,
+        "dt_s": diverged.dt,
+        "limit": { "scheme": limited, "dt_s": diverged.stable_dt, "element": limiting.as_ref().map(part) },
+        "cause": cause_of(cause),
+        "last_good_s": last_good,
+        "suggestion": { "dt_s": diverged.suggested_dt(), "text": diverged.remedy() },
+    })
+}
+
+fn part(part: &Part) -> Value {
+    json!({
+        "law": part.law,
+        "cloth": part.cloth,
+        "particles": part.particles,
+        "strain": part.strain.map(finite),
+    })
+}
+
+fn cause_of(cause: &Cause) -> Value {
+    let name = cause.name();
+    match cause {
+        Cause::StiffElement { times } => json!({ "name": name, "times_median": times }),
+        Cause::LightParticle { particle, share } => {
+            json!({ "name": name, "particle": particle, "times_median": share })
+        }
+        Cause::LongStep { times } => json!({ "name": name, "times_limit": times }),
+        Cause::NoDamping | Cause::Unknown => json!({ "name": name }),
+    }
+}
+
+/// A number in words where JSON has none.
+fn finite(x: f64) -> Value {
+    if x.is_finite() {
+        json!(x)
+    } else {
+        json!(x.to_string())
+    }
 }
 
 fn outcome(finished: &Finished) -> &'static str {

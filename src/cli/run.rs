@@ -1,6 +1,7 @@
 //! `muslin run`: a scene from its file to its recording.
 
 use super::args::{RunArgs, SceneArgs};
+use super::foresight::Foresight;
 use super::progress::Display;
 use super::{Failure, report};
 use crate::frame::{Capture, Header};
@@ -8,7 +9,7 @@ use crate::integrator::Integrator;
 use crate::pipeline::{self, Finished, Plan};
 use crate::recorder::{DiscardRecorder, Recorder};
 use crate::scene::{self, LoadedScene};
-use crate::simulation::Simulation;
+use crate::simulation::{Simulation, forecast, step_length};
 use anyhow::{Context as _, anyhow};
 use std::fs::File;
 use std::path::{Path, PathBuf};
@@ -16,10 +17,16 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 pub(super) fn run(args: &RunArgs) -> Result<(), Failure> {
-    let (loaded, simulation, mut notes) = prepare(&args.scene)?;
+    let Prepared {
+        loaded,
+        simulation,
+        foresight,
+        mut notes,
+    } = prepare(&args.scene)?;
     let threads = threads(&args.scene)?;
     check_outputs(args, &loaded)?;
-    notes.extend(too_many_frames(&loaded));
+    notes.extend(too_many_frames(&loaded, simulation.dt()));
+    notes.extend(foresight.head(&simulation));
     let (capture, header) = Capture::new(&loaded, &simulation);
     let mut recorder = recorder(args, &header)?;
     if !args.quiet {
@@ -48,14 +55,30 @@ pub(super) fn run(args: &RunArgs) -> Result<(), Failure> {
     conclude(args, &loaded, threads, &finished)
 }
 
-/// Reads a scene and makes a simulation of it; also what was repaired on the way.
-pub(super) fn prepare(args: &SceneArgs) -> Result<(LoadedScene, Simulation, Vec<String>), Failure> {
+/// A scene that is ready to run.
+pub(super) struct Prepared {
+    pub(super) loaded: LoadedScene,
+    pub(super) simulation: Simulation,
+    pub(super) foresight: Foresight,
+    /// What was repaired on the way.
+    pub(super) notes: Vec<String>,
+}
+
+/// Reads a scene, forecasts how it can be run, and makes a simulation of it.
+pub(super) fn prepare(args: &SceneArgs) -> Result<Prepared, Failure> {
     let loaded = scene::load(&args.scene, &args.changes()).map_err(Failure::input)?;
     let built = scene::build(&loaded).map_err(Failure::input)?;
     let solver = &loaded.scene.solver;
     let integrator = Integrator::of(solver);
-    let simulation = Simulation::new(built.model, built.state, integrator, solver.dt);
-    Ok((loaded, simulation, built.notes))
+    let forecast = forecast(&built.model, &built.state);
+    let dt = step_length(solver.dt, integrator, &forecast)
+        .map_err(|error| Failure::input(loaded.error_at("solver.dt", error)))?;
+    Ok(Prepared {
+        simulation: Simulation::new(built.model, built.state, integrator, dt),
+        foresight: Foresight::new(&loaded, forecast),
+        loaded,
+        notes: built.notes,
+    })
 }
 
 /// More than any machine of today has cores.
@@ -75,8 +98,8 @@ pub(super) fn threads(args: &SceneArgs) -> Result<usize, Failure> {
     }
 }
 
-fn too_many_frames(loaded: &LoadedScene) -> Option<String> {
-    let (fps, dt) = (loaded.scene.record.fps, loaded.scene.solver.dt);
+fn too_many_frames(loaded: &LoadedScene, dt: f64) -> Option<String> {
+    let fps = loaded.scene.record.fps;
     (fps * dt > 1.0 + 1e-9).then(|| {
         format!("record.fps = {fps} asks for more frames than there are steps: each step is recorded, {:.1} a second", 1.0 / dt)
     })

@@ -10,6 +10,7 @@ mod implicit_euler;
 mod implicit_midpoint;
 mod linear_system;
 mod newton;
+mod properties;
 mod retry;
 mod rk4;
 mod symplectic_euler;

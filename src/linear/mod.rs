@@ -7,6 +7,7 @@
 mod cholesky;
 mod chunks;
 mod conjugate_gradient;
+mod lanczos;
 mod pair_matrix;
 mod pairs;
 mod team;
@@ -14,6 +15,7 @@ mod team;
 pub use cholesky::{Cholesky, NotPositiveDefinite};
 pub use chunks::Chunks;
 pub use conjugate_gradient::{ConjugateGradient, Limits, Solve, System};
+pub use lanczos::largest_eigenvalues;
 pub use pair_matrix::{Assembly, LineBlock, PairMatrix, Pattern, Slot, outer};
 pub use team::awake;
 

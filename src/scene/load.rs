@@ -52,6 +52,11 @@ impl LoadedScene {
         }
     }
 
+    /// The error message for a key, such as `solver.dt`, that what is built shows to be wrong.
+    pub fn error_at(&self, key: &str, cause: impl std::fmt::Display) -> SceneError {
+        self.error(&Fault::new(key, cause.to_string()))
+    }
+
     /// The error message of a fault, with the line of its key.
     pub(super) fn error(&self, fault: &Fault) -> SceneError {
         let cause = if fault.path.is_empty() {

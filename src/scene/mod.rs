@@ -19,6 +19,7 @@ mod rigidity;
 mod schema;
 mod select;
 mod spring_constant;
+mod step;
 mod stiffness;
 mod validate;
 
@@ -33,3 +34,4 @@ pub use schema::{
     LinearSolverName, Material, ObjShape, Obstacle, ObstacleShape, Pin, PinMotion, Record, Scene,
     Select, Shape, SheetShape, Solver, SpringDetailName, SpringKind, Start, StrainLimit,
 };
+pub use step::Step;

@@ -1,5 +1,6 @@
 //! The scene format. Every key is here; an unknown one is an error.
 
+use super::step::Step;
 use crate::mesh::{Diagonals, EdgeName, Opening};
 use serde::{Deserialize, Serialize};
 
@@ -304,8 +305,8 @@ pub struct StrainLimit {
 pub struct Solver {
     /// The scheme.
     pub integrator: IntegratorName,
-    /// Time step (s).
-    pub dt: f64,
+    /// Time step (s), or `"auto"`.
+    pub dt: Step,
     /// How the linear systems of implicit schemes are solved.
     pub linear: LinearSolverName,
     /// Residual at which a linear solve by conjugate gradients ends, relative to its start.
@@ -391,7 +392,7 @@ impl Default for Solver {
     fn default() -> Self {
         Self {
             integrator: IntegratorName::default(),
-            dt: 0.004,
+            dt: Step::Seconds(0.004),
             linear: LinearSolverName::default(),
             linear_tolerance: 1e-4,
             residual: 1e-6,

@@ -5,6 +5,7 @@ use super::schema::{
     BendingName, BlockShape, ChainShape, Cloth, ObjShape, Obstacle, ObstacleShape, Pin, Scene,
     Shape, SheetShape, SpringKind,
 };
+use super::step::Step;
 
 /// Checks every value that parsing can't.
 pub(super) fn check(scene: &Scene) -> Result<(), Fault> {
@@ -17,7 +18,9 @@ pub(super) fn check(scene: &Scene) -> Result<(), Fault> {
     }
     positive("duration", scene.duration)?;
     finite("gravity", &scene.gravity)?;
-    positive("solver.dt", scene.solver.dt)?;
+    if let Step::Seconds(dt) = scene.solver.dt {
+        positive("solver.dt", dt)?;
+    }
     positive("solver.linear_tolerance", scene.solver.linear_tolerance)?;
     positive("solver.residual", scene.solver.residual)?;
     positive("solver.tolerance", scene.solver.tolerance)?;

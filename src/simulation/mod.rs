@@ -1,18 +1,28 @@
 //! One step as named stages, and what is measured on the way.
 
+mod budget;
+mod cause;
 mod divergence;
+mod element;
 mod equilibrium;
 mod stability;
 mod stats;
+mod step_length;
 mod survey;
 
-pub use divergence::{Diverged, Sign};
+pub use cause::{Cause, Part};
+pub use divergence::{Account, Diverged, Sign};
+pub use element::{Element, elements};
 pub use equilibrium::{Rest, settle};
-pub use stability::{Forecast, forecast};
+pub use stability::{Forecast, Limit, Mode, forecast};
 pub use stats::{Stage, StageTimes, Stats};
+pub use step_length::{AUTO_SHARE, NoStableStep, step_length, sweep_compliance};
+
+use budget::Budget;
 
 use crate::collision::{Contacts, Detection, Masses, respond};
-use crate::energy::{Ledger, PinWork, potential};
+use crate::energy::{Ledger, PinWork, kinetic, potential};
+use crate::force::Force as _;
 use crate::integrator::{Integrator, Scheme};
 use crate::linear::{Solve, awake};
 use crate::model::Model;
@@ -36,6 +46,7 @@ pub struct Simulation {
     ledger: Ledger,
     /// What measures the work of moving pins; none without them.
     pin_work: Option<PinWork>,
+    budget: Budget,
     /// A strain beyond this is no cloth's any more.
     sensible_strain: f64,
     stats: Stats,
@@ -83,6 +94,7 @@ impl Simulation {
             sensible_strain: divergence::sensible_strain(&model, &state),
             ledger: Ledger::open(&model, &state),
             pin_work: PinWork::new(&model),
+            budget: Budget::open(&model, &state, dt),
             stats: Stats::default(),
             unlimited: vec![DVec3::ZERO; limited],
             walls: vec![Wall::default(); limited],
@@ -97,8 +109,8 @@ impl Simulation {
     ///
     /// # Errors
     ///
-    /// When the state is no longer finite or stretched beyond sense. The state is then the last
-    /// good one.
+    /// When the state is no longer finite, stretched beyond sense, or has energy that no work explains.
+    /// The state is then the last good one.
     pub fn step(&mut self) -> Result<StepStats, Diverged> {
         awake(|| self.step_awake())
     }
@@ -108,12 +120,14 @@ impl Simulation {
         self.release_pins();
         let solve = self.integrate();
         let mut survey = self.survey();
-        self.check_sense(&survey)?;
-        self.book_damping_and_pins();
-        let limited = self.limit_strain_and_contact();
+        self.check_finite(&survey, Stage::Integrate)?;
+        let work = self.work_of_pins();
+        self.check_strain(&survey)?;
+        self.book_damping_and_pins(work);
+        let limited = self.correct();
         if self.model.strain_limit.is_some() || !self.model.obstacles.is_empty() {
             survey = self.survey(); // the state may be another one
-            self.check_finite(&survey)?;
+            self.check_finite(&survey, Stage::Respond)?;
         }
         let step = StepStats {
             solve,
@@ -121,6 +135,7 @@ impl Simulation {
             strain: survey.strain(),
             depth: self.contacts.deepest(),
         };
+        self.check_budget(survey.kinetic)?;
         self.book(&step, survey.kinetic);
         Ok(step)
     }
@@ -169,13 +184,32 @@ impl Simulation {
         solve
     }
 
-    /// Books what damping took and what moving pins gave, at the scheme's own velocities: limits and
-    /// contact change them after.
-    fn book_damping_and_pins(&mut self) {
+    /// The work (J) that moving pins did in the step, which explains as much energy; 0 without any.
+    fn work_of_pins(&mut self) -> f64 {
         let Self {
             model,
             state,
             before,
+            pin_work,
+            budget,
+            stats,
+            ..
+        } = self;
+        let Some(pins) = pin_work else {
+            return 0.0;
+        };
+        let times = &mut stats.times;
+        let work = times.time(Stage::Measure, || pins.of_step(model, before, state));
+        budget.grant(work);
+        work
+    }
+
+    /// Books what damping took and what moving pins gave, at the scheme's own velocities: limits and
+    /// contact change them after.
+    fn book_damping_and_pins(&mut self, work: f64) {
+        let Self {
+            model,
+            state,
             ledger,
             pin_work,
             stats,
@@ -184,10 +218,37 @@ impl Simulation {
         } = self;
         stats.times.time(Stage::Measure, || {
             ledger.book(model, state, *dt);
-            if let Some(pins) = pin_work {
-                ledger.book_pins(pins.of_step(model, before, state));
+            if pin_work.is_some() {
+                ledger.book_pins(work);
             }
         });
+    }
+
+    /// Strain limiting and contact. What they add to motion and height is no fault of the scheme's; what
+    /// they take from the springs isn't looked at, which would cost two passes over them.
+    fn correct(&mut self) -> Limited {
+        if self.model.strain_limit.is_none() && self.model.obstacles.is_empty() {
+            return Limited::default();
+        }
+        let before = self.measure_energy();
+        let limited = self.limit_strain_and_contact();
+        let added = self.measure_energy() - before;
+        self.budget.grant(added);
+        limited
+    }
+
+    /// Kinetic and gravitational energy (J).
+    fn measure_energy(&mut self) -> f64 {
+        let Self {
+            model,
+            state,
+            stats,
+            ..
+        } = self;
+        let times = &mut stats.times;
+        times.time(Stage::Measure, || {
+            kinetic(model, state) + model.gravity.energy(state)
+        })
     }
 
     /// Repeats strain limiting and contact until nothing is inside a body any more.

@@ -1,45 +1,100 @@
-//! How long a step may be for an explicit scheme, from the model as it stands.
+//! How long a step may be for an explicit scheme, and how stiff a step is for an iterative one, from the
+//! model as it stands.
 
-use crate::force::{
-    BendingLaw as _, Dihedral, DiscreteShell, EdgeSpring, Hinge, Jacobian, Spring, Stiffness,
-};
+use super::element::{Element, elements};
+use crate::force::{Jacobian, Spring, Stiffness};
 use crate::integrator::Integrator;
-use crate::linear::{Assembly, PairMatrix};
+use crate::linear::{Assembly, LineBlock, PairMatrix, Pattern, largest_eigenvalues};
 use crate::model::Model;
 use crate::state::State;
 use glam::DVec3;
+use std::ops::Range;
 
-/// What limits the steps of explicit schemes: the fastest mode of a model as it stands.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// What limits the steps of explicit schemes: the fastest mode of each cloth as it stands.
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Forecast {
+    /// One entry a cloth.
+    pub modes: Vec<Mode>,
+}
+
+/// The fastest mode of a cloth.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Mode {
     /// Largest ω of M⁻¹K (rad/s).
     pub omega: f64,
     /// Damping of that mode (1/s), x″ + c x′ + ω² x = 0: drag/m + τ ω².
     pub damping: f64,
-    /// The spring or hinge that would swing fastest if it were alone: its family or law, and its ends
-    /// or those of its edge.
-    pub element: Option<(&'static str, [u32; 2])>,
+    /// Damping of motion as a whole (1/s): drag/m.
+    pub drag: f64,
+    /// Largest ω of motion across springs (rad/s), by their tension: drag is all that damps it.
+    pub across: f64,
+    /// The spring or hinge that would swing fastest if it were alone.
+    pub element: Option<Element>,
 }
 
-/// Iterations of the power method: the largest eigenvalue of a 60 × 60 sheet is then within 1 %.
-const ITERATIONS: u32 = 200;
+/// How far a scheme's steps are stable.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Limit {
+    /// The largest stable step (s): infinite for schemes that are stable at any and where nothing
+    /// moves by itself, 0 where no step is.
+    pub dt: f64,
+    /// The element behind it.
+    pub element: Option<Element>,
+}
 
 /// Finds what limits the steps of explicit schemes at a state.
+///
+/// The cloths are asked one by one: explicit Euler is unstable where one of them has no damping,
+/// however much the others have.
 pub fn forecast(model: &Model, state: &State) -> Forecast {
-    let omega_squared = largest_eigenvalue(model, state);
-    let drag = model.mass_damping.as_ref().map_or(0.0, |damping| {
-        let rates = damping.drag.iter().zip(&model.masses).map(|(c, m)| c / m);
-        rates.fold(0.0, f64::max)
-    });
-    let springs = model.spring_damping.iter().flat_map(|d| &d.times);
-    let hinges = model.hinge_damping.iter().flat_map(|d| &d.times);
-    let time = springs.chain(hinges).copied().fold(0.0, f64::max);
-    Forecast {
-        omega: omega_squared.sqrt(),
-        damping: drag + time * omega_squared,
-        element: stiffest(model, state),
+    let mut modes = vec![Mode::default(); model.cloths.len()];
+    let ranges: Vec<Range<usize>> = model.cloths.iter().map(|c| c.particles.clone()).collect();
+    let mut owner = vec![None; model.particles()];
+    for (cloth, range) in ranges.iter().enumerate() {
+        owner[range.clone()].fill(Some(cloth));
     }
+    // A clamp's hinge has corners of no cloth.
+    let of = |particles: &[u32]| particles.iter().find_map(|&i| owner[i as usize]);
+    let inverse = loosest(model);
+    for element in elements(model, &inverse, &state.positions) {
+        if let Some(cloth) = of(element.particles()) {
+            let stiffest = &mut modes[cloth].element;
+            if stiffest.is_none_or(|known| element.omega_squared > known.omega_squared) {
+                *stiffest = Some(element);
+            }
+        }
+    }
+    let squares = largest_omega_squared(model, state, &ranges, &modes);
+    let across = largest_across(model, state, &ranges);
+    let mut times = vec![0.0_f64; modes.len()];
+    let springs = model.spring_damping.iter().flat_map(|damping| {
+        let ends = damping.springs.springs.iter().map(|s| &s.ends[..]);
+        ends.zip(&damping.times)
+    });
+    let hinges = model.hinge_damping.iter().flat_map(|damping| {
+        let corners = damping.hinges.iter().map(|hinge| &hinge.corners[..]);
+        corners.zip(&damping.times)
+    });
+    for (particles, time) in springs.chain(hinges) {
+        if let Some(cloth) = of(particles) {
+            times[cloth] = times[cloth].max(*time);
+        }
+    }
+    for (cloth, mode) in modes.iter_mut().enumerate() {
+        mode.drag = model.mass_damping.as_ref().map_or(0.0, |damping| {
+            let free = ranges[cloth].clone().filter(|&i| inverse[i] > 0.0);
+            let rates = free.map(|i| damping.drag[i] / model.masses[i]);
+            rates.fold(0.0, f64::max)
+        });
+        mode.omega = squares[cloth].sqrt();
+        mode.across = across[cloth].sqrt();
+        mode.damping = mode.drag + times[cloth] * squares[cloth];
+    }
+    Forecast { modes }
 }
+
+/// Strain below which tension counts as none: rounding leaves 1e-15 at rest.
+const SLACK: f64 = 1e-6;
 
 /// Growth a step that counts as none: it takes a million steps to show.
 const STEADY: f64 = 1e-9;
@@ -47,53 +102,139 @@ const STEADY: f64 = 1e-9;
 impl Forecast {
     /// The largest stable step of a scheme (s): infinite for implicit ones and without springs or
     /// drag, 0 where no step is stable.
-    ///
-    /// Found by trying: the amplification of the scheme's own step of the damped oscillator, doubled
-    /// to where it grows and then bisected. Undamped, dt ω is 2 for symplectic Euler and Verlet, 2√2
-    /// for rk4; explicit Euler has dt = c/ω².
     pub fn stable_dt(&self, scheme: Integrator) -> f64 {
-        let rate = self.omega + self.damping;
-        if !scheme.is_explicit() || rate == 0.0 {
-            return f64::INFINITY;
-        }
-        let stable = |dt: f64| self.amplification(scheme, dt) <= 1.0 + STEADY;
-        let mut low = 1e-4 / rate;
-        if !stable(low) {
-            return 0.0;
-        }
-        while stable(1.1 * low) {
-            low *= 1.1;
-        }
-        let mut high = 1.1 * low;
-        for _ in 0..40 {
-            let middle = 0.5 * (low + high);
-            if stable(middle) {
-                low = middle;
-            } else {
-                high = middle;
-            }
-        }
-        low
+        self.limit(scheme).dt
     }
 
-    /// Largest factor by which a step of a scheme multiplies an amplitude of the mode.
-    fn amplification(&self, scheme: Integrator, dt: f64) -> f64 {
-        let step = |start| scheme.test_step(self.omega * self.omega, self.damping, dt, start);
-        let (Some([a, c]), Some([b, d])) = (step([1.0, 0.0]), step([0.0, 1.0])) else {
-            return 0.0;
+    /// The largest stable step of a scheme, and what sets it.
+    pub fn limit(&self, scheme: Integrator) -> Limit {
+        let each = self.modes.iter().map(|mode| Limit {
+            dt: mode.stable_dt(scheme),
+            element: mode.element,
+        });
+        let none = Limit {
+            dt: f64::INFINITY,
+            element: None,
         };
-        let (half_trace, determinant) = (0.5 * (a + d), a * d - b * c);
-        let gap = half_trace * half_trace - determinant;
-        if gap > 0.0 {
-            half_trace.abs() + gap.sqrt()
-        } else {
-            determinant.sqrt()
-        }
+        each.fold(
+            none,
+            |least, limit| {
+                if limit.dt < least.dt { limit } else { least }
+            },
+        )
+    }
+
+    /// The element with the largest ω² of its own: what makes a step stiff.
+    pub fn stiffest(&self) -> Option<Element> {
+        let each = self.modes.iter().filter_map(|mode| mode.element);
+        each.max_by(|a, b| a.omega_squared.total_cmp(&b.omega_squared))
+    }
+
+    /// dt² k (1/mᵢ + 1/mⱼ) of the stiffest spring, or the same of a hinge: how many times further than
+    /// its force asks for a step of `dt` (s) would throw it. Explicit schemes need it below 4;
+    /// the more it is above, the more iterations the others take.
+    pub fn stiffness_ratio(&self, dt: f64) -> f64 {
+        let stiffest = self.stiffest();
+        stiffest.map_or(0.0, |element| dt * dt * element.omega_squared)
     }
 }
 
-/// Largest eigenvalue of M⁻¹K (1/s²) by power iteration on M^-½ K M^-½.
-fn largest_eigenvalue(model: &Model, state: &State) -> f64 {
+impl Mode {
+    /// The largest stable step of a scheme for this mode, for motion across taut springs, and for
+    /// motion as a whole, which drag alone may slow faster than the mode (s).
+    fn stable_dt(&self, scheme: Integrator) -> f64 {
+        let fastest = stable_dt(scheme, self.omega, self.damping);
+        let across = stable_dt(scheme, self.across, self.drag);
+        fastest.min(across).min(stable_dt(scheme, 0.0, self.drag))
+    }
+}
+
+/// The largest stable step of a scheme for x″ + c x′ + ω² x = 0 (s).
+///
+/// Found by trying: the amplification of the scheme's own step, doubled to where it grows and then
+/// bisected. Undamped, dt ω is 2 for symplectic Euler and Verlet, 2√2 for rk4; explicit Euler has
+/// dt = c/ω².
+fn stable_dt(scheme: Integrator, omega: f64, damping: f64) -> f64 {
+    let rate = omega + damping;
+    if !scheme.is_explicit() || rate == 0.0 {
+        return f64::INFINITY;
+    }
+    let stable = |dt: f64| amplification(scheme, omega, damping, dt) <= 1.0 + STEADY;
+    let mut low = 1e-4 / rate;
+    if !stable(low) {
+        return 0.0;
+    }
+    while stable(1.1 * low) {
+        low *= 1.1;
+    }
+    let mut high = 1.1 * low;
+    for _ in 0..40 {
+        let middle = 0.5 * (low + high);
+        if stable(middle) {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    low
+}
+
+/// Largest factor by which a step of a scheme multiplies an amplitude of a mode.
+fn amplification(scheme: Integrator, omega: f64, damping: f64, dt: f64) -> f64 {
+    let step = |start| scheme.test_step(omega * omega, damping, dt, start);
+    let (Some([a, c]), Some([b, d])) = (step([1.0, 0.0]), step([0.0, 1.0])) else {
+        return 0.0;
+    };
+    let (half_trace, determinant) = (0.5 * (a + d), a * d - b * c);
+    let gap = half_trace * half_trace - determinant;
+    if gap > 0.0 {
+        half_trace.abs() + gap.sqrt()
+    } else {
+        determinant.sqrt()
+    }
+}
+
+/// Largest ω² of motion across springs of each cloth (1/s²): K has k (1 − ℓ₀/ℓ)(1 − d̂ d̂ᵀ) alone.
+fn largest_across(model: &Model, state: &State, cloths: &[Range<usize>]) -> Vec<f64> {
+    let springs = || model.springs.iter().flat_map(|batch| &batch.springs);
+    let taut = |spring: &Spring| {
+        let length = spring.span(&state.positions).length();
+        (1.0 - spring.rest_length / length).max(0.0)
+    };
+    if springs().all(|spring| taut(spring) <= SLACK) {
+        return vec![0.0; cloths.len()];
+    }
+    let pattern = Pattern::Lines(springs().map(|spring| spring.ends).collect());
+    let mut matrix = PairMatrix::with_patterns(model.particles(), std::slice::from_ref(&pattern));
+    let slots = &matrix.slots(&pattern);
+    let matrix = &mut matrix;
+    let mut assembly = Assembly { matrix, slots };
+    for (element, spring) in springs().enumerate() {
+        let d = spring.span(&state.positions);
+        let tension = spring.stiffness * taut(spring);
+        if tension > SLACK * spring.stiffness {
+            let (a, e) = (tension, -tension / d.length_squared());
+            assembly.add(element, LineBlock { a, e, d });
+        }
+    }
+    let inverse = loosest(model);
+    let root: Vec<f64> = inverse.iter().map(|w| w.sqrt()).collect();
+    let mut start = vec![DVec3::ZERO; model.particles()];
+    for i in cloths.iter().cloned().flatten() {
+        if inverse[i] > 0.0 {
+            start[i] = seed(i);
+        }
+    }
+    largest_eigenvalues(assembly.matrix, &root, cloths, start)
+}
+
+/// Largest eigenvalue of M⁻¹K of each cloth (1/s²), as that of M^-½ K M^-½.
+fn largest_omega_squared(
+    model: &Model,
+    state: &State,
+    cloths: &[Range<usize>],
+    modes: &[Mode],
+) -> Vec<f64> {
     let particles = model.particles();
     let patterns: Vec<_> = model.stiffnesses().map(Stiffness::pattern).collect();
     let mut matrix = PairMatrix::with_patterns(particles, &patterns);
@@ -107,27 +248,21 @@ fn largest_eigenvalue(model: &Model, state: &State) -> f64 {
             &mut Assembly { matrix, slots },
         );
     }
-    let root: Vec<f64> = loosest(model).iter().map(|w| w.sqrt()).collect();
-    let mut x: Vec<DVec3> = (0..particles).map(seed).collect();
-    let mut y = vec![DVec3::ZERO; particles];
-    let mut value = 0.0;
-    for _ in 0..ITERATIONS {
-        let length = x.iter().map(|x| x.length_squared()).sum::<f64>().sqrt();
-        if length == 0.0 {
-            return 0.0;
+    let inverse = loosest(model);
+    let root: Vec<f64> = inverse.iter().map(|w| w.sqrt()).collect();
+    let mut start = vec![DVec3::ZERO; particles];
+    for (rows, mode) in cloths.iter().zip(modes) {
+        for i in rows.clone().filter(|&i| inverse[i] > 0.0) {
+            start[i] = seed(i);
         }
-        let scaled: Vec<DVec3> = x
-            .iter()
-            .zip(&root)
-            .map(|(x, r)| *x * (r / length))
-            .collect();
-        matrix.multiply(&scaled, &mut y);
-        value = scaled.iter().zip(&y).map(|(x, y)| x.dot(*y)).sum();
-        for i in 0..particles {
-            x[i] = y[i] * root[i];
+        // A single stiff spring or light particle must not be missed among thousands of others.
+        for &i in mode.element.iter().flat_map(Element::particles) {
+            #[expect(clippy::cast_precision_loss, reason = "any number will do")]
+            let share = (rows.len() as f64).sqrt();
+            start[i as usize] *= share;
         }
     }
-    value
+    largest_eigenvalues(&matrix, &root, cloths, start)
 }
 
 /// 1/mass of each particle (1/kg) with all pins released that ever will be: freeing particles only raises
@@ -151,38 +286,6 @@ fn seed(i: usize) -> DVec3 {
     )
 }
 
-/// The element with the largest ω² of its own: k (1/mᵢ + 1/mⱼ) of a spring, k Σ |∇θ|²/m of a hinge.
-fn stiffest(model: &Model, state: &State) -> Option<(&'static str, [u32; 2])> {
-    let loosest = loosest(model);
-    let w = |particle: u32| loosest[particle as usize];
-    let springs = model.springs.iter().flat_map(|batch| {
-        let own = |s: &Spring| s.stiffness * (w(s.ends[0]) + w(s.ends[1]));
-        batch
-            .springs
-            .iter()
-            .map(move |s| (own(s), batch.family, s.ends))
-    });
-    let hinge = |name: &'static str, hinge: &Hinge| {
-        let gradient = Dihedral::of(hinge.of(&state.positions)).gradient;
-        let corners = hinge.corners.into_iter().zip(gradient);
-        let own: f64 = corners.map(|(i, g)| w(i) * g.length_squared()).sum();
-        (
-            hinge.stiffness * own,
-            name,
-            [hinge.corners[0], hinge.corners[1]],
-        )
-    };
-    let edge_springs = model.edge_springs.iter().flat_map(|batch| &batch.hinges);
-    let shells = model.discrete_shells.iter().flat_map(|batch| &batch.hinges);
-    let edge_springs = edge_springs.map(|h| hinge(EdgeSpring::NAME, h));
-    let shells = shells.map(|h| hinge(DiscreteShell::NAME, h));
-    springs
-        .chain(edge_springs)
-        .chain(shells)
-        .max_by(|a, b| a.0.total_cmp(&b.0))
-        .map(|(_, name, ends)| (name, ends))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -191,14 +294,7 @@ mod tests {
     /// (√(c² + 4 ω²) − c)/ω² damped; −2.785 on the real axis for rk4, −2 for the others' drag alone.
     #[test]
     fn stable_steps_are_those_of_closed_form() {
-        let limit = |omega: f64, damping: f64, scheme| {
-            let forecast = Forecast {
-                omega,
-                damping,
-                element: None,
-            };
-            forecast.stable_dt(scheme)
-        };
+        let limit = |omega: f64, damping: f64, scheme| stable_dt(scheme, omega, damping);
         let (omega, c) = (50.0_f64, 7.0_f64);
         for (scheme, damping, exact) in [
             (Integrator::Euler, 0.0, 0.0),

@@ -54,6 +54,11 @@ impl Stage {
         (Self::Respond, "respond"),
         (Self::Measure, "measure"),
     ];
+
+    /// Its name in reports.
+    pub fn name(self) -> &'static str {
+        Self::ALL[self as usize].1
+    }
 }
 
 /// Wall time of each stage since the start.

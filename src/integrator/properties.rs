@@ -1,0 +1,79 @@
+//! What is true of each scheme, and what it can't do in a scene, in words.
+
+use super::Integrator;
+use crate::model::Model;
+
+impl Integrator {
+    /// What is true of the scheme in every scene.
+    pub fn properties(self) -> &'static [&'static str] {
+        match self {
+            Self::Euler => &[
+                "first order; feeds energy into every oscillation: stable only where damping takes more",
+                "damping by stiffness acts along springs only: once cloth is taut, what swings across them needs damping.mass, and the stable step becomes far shorter than at rest",
+            ],
+            Self::SymplecticEuler => &[
+                "first order; keeps the energy of undamped motion on average, within dt ω/2 of it",
+            ],
+            Self::Verlet => &[
+                "second order; keeps the energy of undamped motion on average, within (dt ω)²/4 of it",
+            ],
+            Self::Rk4 => &[
+                "fourth order, four passes over the forces a step; near its limit it damps the fastest modes by itself",
+            ],
+            Self::Dopri5 { .. } => &[
+                "fifth order, six passes over the forces a step; chooses its steps by their estimated error, and so never one that is unstable",
+            ],
+            Self::ImplicitEuler(_) => &[
+                "first order, stable at any step; damps by itself, by a damping ratio ω dt/2: slow swings a little, ripples and folds at once",
+                "one linearised solve a step: where springs turn by much in a step, not all of the force is found",
+            ],
+            Self::Newton(_) => &[
+                "first order, stable at any step; damps by itself, by a damping ratio ω dt/2; solves the whole step, in several linear solves",
+            ],
+            Self::ImplicitMidpoint(_) => &[
+                "second order; keeps the energy of undamped motion; what a step is too long to see keeps ringing, so that stiff cloth without damping.stiffness gets noisy at long steps",
+            ],
+            Self::Bdf2(_) => &[
+                "second order, stable at any step; damps ripples by itself and slow swings hardly",
+            ],
+        }
+    }
+
+    /// What the scheme can't do in this scene, or not as well as elsewhere.
+    pub fn shortcomings(self, model: &Model) -> Vec<&'static str> {
+        let mut said = Vec::new();
+        if self == Self::Euler && model.dampings().next().is_none() {
+            said.push("there is no damping: stable at no step");
+        }
+        if self.is_explicit() && !model.obstacles.is_empty() {
+            said.push(
+                "contact is answered after each step and not inside it: what lies on an obstacle falls by g dt² a step and is put back, and friction acts on that fall's impulse",
+            );
+        }
+        if model.strain_limit.is_some() {
+            said.push(
+                "the strain limit moves particles after each step: first order in time, whatever the scheme's own",
+            );
+        }
+        said
+    }
+
+    /// Damping ratio that the scheme adds to a mode of ω (rad/s) at a step `dt` (s), to first order.
+    pub fn numerical_damping(self, omega: f64, dt: f64) -> Option<f64> {
+        match self {
+            Self::ImplicitEuler(_) | Self::Newton(_) => Some(0.5 * omega * dt),
+            _ => None,
+        }
+    }
+
+    /// The step that `"auto"` takes where stability asks for none (s): four to sixteen a recorded frame
+    /// of 1/60 s.
+    pub fn usual_step(self) -> f64 {
+        1.0 / 240.0
+    }
+
+    /// Whether the energy that springs have by their lengths is energy that the scheme can give back.
+    pub fn has_elastic_energy(self) -> bool {
+        true
+    }
+}
