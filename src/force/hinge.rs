@@ -27,6 +27,10 @@ pub trait BendingLaw: Debug + Default + Copy + Send + Sync {
 
     /// E″/k, never negative.
     fn slope(fold: Fold, rest: f64) -> f64;
+
+    /// C with E/k = ½ C², of the sign of θ − θ₀, and C′, so that C C′ = E′/k: what makes a hinge a
+    /// compliant constraint.
+    fn constraint(fold: Fold, rest: f64) -> [f64; 2];
 }
 
 /// Two triangles on one edge.

@@ -7,6 +7,7 @@ mod implicit_euler;
 mod rk4;
 mod symplectic_euler;
 mod verlet;
+mod xpbd;
 
 use crate::collision::Contacts;
 use crate::linear::Solve;
@@ -18,6 +19,7 @@ use implicit_euler::ImplicitEuler;
 use rk4::Rk4;
 use symplectic_euler::SymplecticEuler;
 use verlet::Verlet;
+use xpbd::Xpbd;
 
 /// A scheme and its parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,6 +37,11 @@ pub enum Integrator {
         /// Residual at which the solve ends, relative to its start.
         linear_tolerance: f64,
     },
+    /// Springs and hinges as compliant constraints, relaxed one by one.
+    Xpbd {
+        /// Sweeps over all constraints in a step.
+        iterations: u32,
+    },
 }
 
 impl Integrator {
@@ -51,6 +58,9 @@ impl Integrator {
             IntegratorName::ImplicitEuler => Self::ImplicitEuler {
                 linear_tolerance: solver.linear_tolerance,
             },
+            IntegratorName::Xpbd => Self::Xpbd {
+                iterations: solver.iterations.unwrap_or(1),
+            },
         }
     }
 
@@ -62,6 +72,7 @@ impl Integrator {
             Self::Verlet => "verlet",
             Self::Rk4 => "rk4",
             Self::ImplicitEuler { .. } => "implicit-euler",
+            Self::Xpbd { .. } => "xpbd",
         }
     }
 
@@ -85,7 +96,7 @@ impl Integrator {
             Self::SymplecticEuler => Some(symplectic_euler::test_step(a, dt, start)),
             Self::Verlet => Some(verlet::test_step(a, dt, start)),
             Self::Rk4 => Some(rk4::test_step(a, dt, start)),
-            Self::ImplicitEuler { .. } => None,
+            Self::ImplicitEuler { .. } | Self::Xpbd { .. } => None,
         }
     }
 
@@ -99,6 +110,7 @@ impl Integrator {
             Self::ImplicitEuler { linear_tolerance } => {
                 Scheme::ImplicitEuler(Box::new(ImplicitEuler::new(model, linear_tolerance)))
             }
+            Self::Xpbd { iterations } => Scheme::Xpbd(Xpbd::new(model, iterations)),
         }
     }
 }
@@ -116,6 +128,8 @@ pub enum Scheme {
     Rk4(Box<Rk4>),
     /// See [`Integrator::ImplicitEuler`].
     ImplicitEuler(Box<ImplicitEuler>),
+    /// See [`Integrator::Xpbd`].
+    Xpbd(Xpbd),
 }
 
 impl Scheme {
@@ -135,6 +149,7 @@ impl Scheme {
             Self::Verlet(scheme) => scheme.advance(model, dt, state),
             Self::Rk4(scheme) => scheme.advance(model, dt, state),
             Self::ImplicitEuler(scheme) => return scheme.advance(model, contacts, dt, state),
+            Self::Xpbd(scheme) => scheme.advance(model, dt, state),
         }
         Solve {
             converged: true,

@@ -8,7 +8,7 @@ mod cholesky;
 mod conjugate_gradient;
 mod pair_matrix;
 mod pairs;
-mod team;
+pub(crate) mod team;
 
 pub use cholesky::{Cholesky, NotPositiveDefinite};
 pub use conjugate_gradient::{ConjugateGradient, Limits, Solve, System};

@@ -317,6 +317,8 @@ pub enum IntegratorName {
     /// One linearised solve a step, stable at any.
     #[default]
     ImplicitEuler,
+    /// Springs and hinges relaxed one by one, cheap, stable at any step; softens cloth at long ones.
+    Xpbd,
 }
 
 /// What is recorded.

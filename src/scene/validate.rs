@@ -23,6 +23,10 @@ pub(super) fn check(scene: &Scene) -> Result<(), Fault> {
         let cause = "must be below 1: at 1 nothing is solved; 1e-3 is coarse, 1e-6 fine";
         return Err(Fault::new("solver.linear_tolerance", cause));
     }
+    if scene.solver.iterations == Some(0) {
+        let cause = "must be at least 1: without an iteration nothing holds the cloth together";
+        return Err(Fault::new("solver.iterations", cause));
+    }
     positive("record.fps", scene.record.fps)?;
     positive("record.strain_range", scene.record.strain_range)?;
     positive("record.checkpoint", scene.record.checkpoint)?;
