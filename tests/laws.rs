@@ -1,6 +1,6 @@
 //! Laws that every force, and every scheme, has to keep.
 
-use crate::support::{IMPLICIT, Numbers, fresh_folder, run_to, simulation, strip, written};
+use crate::support::{IMPLICIT, Numbers, XPBD, fresh_folder, run_to, simulation, strip, written};
 use glam::{DQuat, DVec3};
 use muslin::force::Jacobian;
 use muslin::integrator::Integrator;
@@ -8,7 +8,7 @@ use muslin::linear::{Assembly, PairMatrix};
 use muslin::scene::Built;
 use muslin::state::State;
 
-const SCHEMES: [Integrator; 2] = [Integrator::SymplecticEuler, IMPLICIT];
+const SCHEMES: [Integrator; 3] = [Integrator::SymplecticEuler, IMPLICIT, XPBD];
 
 /// Every law on every shape, of a size that the differences can resolve: cells of 5 cm.
 const EVERYTHING: &str = r#"

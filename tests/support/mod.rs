@@ -12,6 +12,9 @@ pub(crate) const IMPLICIT: Integrator = Integrator::ImplicitEuler {
     linear_tolerance: 1e-9,
 };
 
+/// XPBD in small steps: one sweep each.
+pub(crate) const XPBD: Integrator = Integrator::Xpbd { iterations: 1 };
+
 /// A scene with changes.
 pub(crate) fn load(name: &str, changes: &[&str]) -> LoadedScene {
     let changes: Vec<String> = changes.iter().map(|change| (*change).to_owned()).collect();

@@ -311,3 +311,124 @@ impl<E: Element> Constraints<E> {
 fn index(i: usize) -> u32 {
     i as u32
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene;
+    use std::collections::BTreeSet;
+
+    /// A sheet of several chunks with hinges, its particles as they are or scattered over the chunks.
+    fn model(scattered: bool) -> Model {
+        let changes = [
+            "cloth.0.shape.sheet.cells=[60, 60]",
+            "cloth.0.shape.sheet.diagonals=both",
+            "cloth.0.bending=edge-spring",
+        ];
+        let changes: Vec<String> = changes.map(str::to_owned).to_vec();
+        let loaded = scene::load("hanging-cloth", &changes).unwrap();
+        let mut model = scene::build(&loaded).unwrap().model;
+        let count = index(model.cloth_particles());
+        // 1009 has no factor in common with the number of particles, 61².
+        let moved = |place: u32| {
+            if scattered {
+                place * 1009 % count
+            } else {
+                place
+            }
+        };
+        for spring in model
+            .springs
+            .iter_mut()
+            .flat_map(|batch| &mut batch.springs)
+        {
+            spring.ends = spring.ends.map(moved);
+        }
+        for spring in model
+            .spring_damping
+            .iter_mut()
+            .flat_map(|d| &mut d.springs.springs)
+        {
+            spring.ends = spring.ends.map(moved);
+        }
+        let batches = model.edge_springs.iter_mut().map(|batch| &mut batch.hinges);
+        let damped = model
+            .hinge_damping
+            .iter_mut()
+            .map(|damping| &mut damping.hinges);
+        for hinge in batches.chain(damped).flatten() {
+            hinge.corners = hinge.corners.map(moved);
+        }
+        model
+    }
+
+    /// The constraints of a cluster by the model's particles; checks that a colour shares none.
+    fn unpacked<E: Element>(cluster: &Cluster, constraints: &Constraints<E>) -> Vec<Vec<u32>> {
+        let mut start = 0;
+        let mut all = Vec::new();
+        for &end in &constraints.ends {
+            let mut seen = BTreeSet::new();
+            for element in &constraints.elements[start..end] {
+                assert!(element.places().iter().all(|&place| seen.insert(place)));
+                let particle = |&place: &u32| {
+                    let chunk = cluster.chunks[place as usize / CHUNK];
+                    index(chunk * CHUNK + place as usize % CHUNK)
+                };
+                all.push(element.places().iter().map(particle).collect());
+            }
+            start = end;
+        }
+        assert_eq!(start, constraints.elements.len());
+        all
+    }
+
+    #[test]
+    fn every_constraint_is_in_one_cluster_and_no_color_shares_a_particle() {
+        for scattered in [false, true] {
+            let model = model(scattered);
+            let plan = Plan::of(&model, 1);
+            let chunks = model.particles().div_ceil(CHUNK);
+            assert_eq!(plan.phases[0], 0..chunks);
+            let clusters: Vec<Cluster> = plan
+                .clusters
+                .into_iter()
+                .map(|cluster| cluster.into_inner().unwrap())
+                .collect();
+            let mut found = Vec::new();
+            let mut next = 0;
+            for phase in plan.phases {
+                assert_eq!(phase.start, next);
+                next = phase.end;
+                let mut seen = BTreeSet::new();
+                for cluster in &clusters[phase] {
+                    assert!(cluster.chunks.iter().all(|&chunk| seen.insert(chunk)));
+                    found.extend(unpacked(cluster, &cluster.springs));
+                    found.extend(unpacked(cluster, &cluster.edge_springs));
+                }
+            }
+            assert_eq!(next, clusters.len());
+            let springs = model.springs.iter().flat_map(|batch| &batch.springs);
+            let springs = springs.map(|spring| spring.ends.to_vec());
+            let hinges = model.hinges().map(|hinge| hinge.corners.to_vec());
+            let mut expected: Vec<Vec<u32>> = springs.chain(hinges).collect();
+            expected.retain(|places| places.iter().any(|&p| !model.is_pinned(p as usize)));
+            expected.sort();
+            found.sort();
+            assert!(expected.len() > 10_000 && found == expected);
+        }
+    }
+
+    #[test]
+    fn dampers_find_their_elements() {
+        let all = ["a", "b", "b", "c"];
+        assert_eq!(
+            times(all.iter(), (&["b", "c"], &[1.0, 2.0])),
+            [0.0, 1.0, 0.0, 2.0]
+        );
+        assert_eq!(
+            times(all.iter(), (&all, &[1.0, 0.0, 3.0, 4.0])),
+            [1.0, 0.0, 3.0, 4.0]
+        );
+        assert_eq!(times(all.iter(), (&[], &[])), [0.0; 4]);
+    }
+}
