@@ -226,6 +226,7 @@ fn an_absent_or_empty_scene_is_refused() {
 /// Options => words that are said.
 const BAD_OPTIONS: &str = r#"
 --dt 0 => scene.toml | solver.dt | is 0; | above 0
+--set solver.iterations=0 => scene.toml | solver.iterations | at least 1
 --dt -1 => scene.toml | solver.dt | is -1; | above 0
 --dt nan => scene.toml | solver.dt
 --dt fast => --dt | "fast" | a number of seconds or "auto"

@@ -1,6 +1,8 @@
 //! Every scheme against what it promises: its order, its energy, its stable step.
 
-use crate::support::{IMPLICIT, SOLVED, fresh_folder, run_to, simulation, strip, written};
+use crate::support::{
+    IMPLICIT, Numbers, SOLVED, XPBD, fresh_folder, run_to, simulation, strip, written,
+};
 use glam::DVec3;
 use muslin::energy::Energies;
 use muslin::integrator::Integrator;
@@ -65,6 +67,12 @@ fn symplectic_euler_is_of_first_order() {
 #[test]
 fn implicit_euler_is_of_first_order() {
     check_order(IMPLICIT, 5e-4, 0.9);
+}
+
+#[test]
+fn xpbd_is_of_first_order() {
+    check_order(XPBD, 5e-4, 0.9);
+    check_order(Integrator::Xpbd { iterations: 3 }, 5e-4, 0.9);
 }
 
 #[test]
@@ -190,7 +198,7 @@ fn growth(text: &str, scheme: Integrator, dt: f64) -> f64 {
     let built = scene::build(&written("growth", text)).unwrap();
     let rest = built.state.positions.clone();
     let mut state = built.state;
-    let mut numbers = crate::support::Numbers(41);
+    let mut numbers = Numbers(41);
     let size = 1e-9;
     for (x, w) in state.positions.iter_mut().zip(&built.model.inverse_masses) {
         if *w > 0.0 {
@@ -223,6 +231,7 @@ fn all_schemes_have_one_answer() {
         (Integrator::Newton(SOLVED), 2e-4),
         (Integrator::ImplicitMidpoint(SOLVED), 1e-3),
         (Integrator::Bdf2(SOLVED), 1e-3),
+        (XPBD, 5e-5),
     ] {
         let error = distance(&at(scheme, dt), &reference);
         println!("{} at {dt} s: {:.3} mm", scheme.name(), 1e3 * error);
@@ -349,4 +358,144 @@ mod fastest_mode {
                 > 0.0
         );
     }
+}
+
+/// A strip that was bent, held at one end, with either law of bending: the sheet of an OBJ mesh, folded
+/// at rest, so that hinges have rest angles; with bend springs and both dampings on request.
+fn gutter(law: &str, damping: &str) -> String {
+    let path = fresh_folder("gutter").join("gutter.obj");
+    let mesh = strip([0.4, 0.3], [8, 6], |u, v| {
+        DVec3::new(0.15 * (u / 0.15).sin(), 0.15 * (u / 0.15).cos(), v)
+    });
+    std::fs::write(&path, mesh).unwrap();
+    format!(
+        "name = \"gutter\"\nduration = 1.0\n[[cloth]]\nname = \"gutter\"\nshape = {{ obj = {{ path = \"{}\" }} }}\nbending = \"{law}\"\nmaterial = {{ area_density = 0.2, stretch = 50.0, bend = 3.0e-3 }}\ndamping = {damping}\n[[pin]]\ncloth = \"gutter\"\nselect = {{ box = [[-0.01, 0.0, -1.0], [0.01, 1.0, 1.0]] }}\nclamp = true\n",
+        path.display()
+    )
+}
+
+/// The scene's rest is bent and clamped: every hinge has a rest angle. Twice the error at twice the
+/// step, towards the answer of rk4, whatever bends and damps it.
+#[test]
+fn xpbd_converges_with_either_law_of_bending_and_either_damping() {
+    for law in ["edge-spring", "discrete-shell"] {
+        for damping in [
+            "{ }",
+            "{ mass = 3.0 }",
+            "{ stiffness = 0.01 }",
+            "{ mass = 1.0, stiffness = 0.004 }",
+        ] {
+            let text = gutter(law, damping);
+            let reference = positions(&text, Integrator::Rk4, 5e-5);
+            for scheme in [XPBD, Integrator::Xpbd { iterations: 2 }] {
+                let errors = [1e-4, 5e-5, 2.5e-5]
+                    .map(|dt| distance(&positions(&text, scheme, dt), &reference));
+                println!("{law}, {damping}, {scheme:?}: {errors:?} m");
+                let fine = errors[2] < 1e-3;
+                let ratios = [errors[0] / errors[1], errors[1] / errors[2]];
+                assert!(
+                    fine && ratios.iter().all(|ratio| *ratio > 1.8),
+                    "{law}, {damping}, {scheme:?}: {errors:?} m"
+                );
+            }
+        }
+    }
+}
+
+/// A mesh of several chunks, with hinges and both dampings, its vertices in rows or shuffled: the
+/// same bits for any number of threads.
+#[test]
+fn xpbd_has_the_same_bits_for_any_number_of_threads() {
+    let rows = strip([1.0, 1.0], [60, 60], |u, v| DVec3::new(u, 0.0, v));
+    for (what, mesh) in [("rows", rows.clone()), ("shuffled", shuffled(&rows))] {
+        let path = fresh_folder("threads").join("mesh.obj");
+        std::fs::write(&path, mesh).unwrap();
+        let text = format!(
+            "name = \"threads\"\nduration = 1.0\n[[cloth]]\nname = \"mesh\"\nshape = {{ obj = {{ path = \"{}\" }} }}\nbending = \"edge-spring\"\nmaterial = {{ area_density = 0.2, stretch = 100.0, bend = 1.0e-4 }}\ndamping = {{ mass = 0.5, stiffness = 0.001 }}\n[[pin]]\ncloth = \"mesh\"\nselect = {{ vertices = [0, 60] }}\n",
+            path.display()
+        );
+        for iterations in [1, 2] {
+            let states = [1, 2, 3].map(|threads| {
+                let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+                let mut run = run(&text, Integrator::Xpbd { iterations }, 1e-3);
+                pool.build().unwrap().install(|| run_to(&mut run, 0.1));
+                run.state().clone()
+            });
+            let fallen = states[0].positions.iter().map(|x| -x.y).fold(0.0, f64::max);
+            assert!(fallen > 0.01, "{what}: has hardly moved, {fallen} m");
+            for (threads, state) in states.iter().enumerate() {
+                assert!(
+                    *state == states[0],
+                    "{what}, {iterations} sweeps: {} threads differ",
+                    threads + 1
+                );
+            }
+        }
+    }
+}
+
+/// OBJ text with its vertices in another order.
+fn shuffled(text: &str) -> String {
+    let (points, mut faces): (Vec<&str>, Vec<&str>) =
+        text.lines().partition(|line| line.starts_with("v "));
+    let mut numbers = Numbers(5);
+    let mut order: Vec<(f64, usize)> = (0..points.len()).map(|i| (numbers.next(), i)).collect();
+    order.sort_by(|a, b| a.0.total_cmp(&b.0));
+    // A reader may number vertices as the faces come: these are shuffled too.
+    for i in (1..faces.len()).rev() {
+        faces.swap(i, (0.5 * (numbers.next() + 1.0) * i as f64) as usize);
+    }
+    let mut place = vec![0; points.len()];
+    let mut mesh = String::new();
+    for (new, &(_, old)) in order.iter().enumerate() {
+        place[old] = new + 1;
+        mesh += &format!("{}\n", points[old]);
+    }
+    for face in faces {
+        let corners = face.split(' ').skip(1);
+        let corners = corners.map(|corner| place[corner.parse::<usize>().unwrap() - 1].to_string());
+        mesh += &format!("f {}\n", corners.collect::<Vec<_>>().join(" "));
+    }
+    mesh
+}
+
+/// Stiffness, step and neighbours' masses at the extremes, a sheet collapsed to a point, all of it on a
+/// line: the run goes on with a finite state, or ends with an explanation.
+#[test]
+fn xpbd_is_finite_at_the_extremes() {
+    let stretches =
+        [1e-2, 1e3, 1e8].map(|k| SHEET.replace("stretch = 20.0", &format!("stretch = {k}")));
+    let squeezed = |text: &str, factors: &str| {
+        let start = format!("start = {{ stretch = {factors} }}\nbending = ");
+        text.replace("bending = ", &start)
+    };
+    let mut ended = 0;
+    for text in &stretches {
+        for text in [
+            text.clone(),
+            squeezed(text, "[1e-3, 1e-3, 1e-3]"),
+            squeezed(text, "[1.0, 1.0, 1e-3]"),
+        ] {
+            for dt in [1e-6, 1e-3, 1.0 / 60.0, 1.0] {
+                for iterations in [1, 4] {
+                    for point in [false, true] {
+                        let built = scene::build(&written("extreme", &text)).unwrap();
+                        let (mut model, mut state) = (built.model, built.state);
+                        if point {
+                            state.positions.fill(DVec3::ONE);
+                        }
+                        for (i, w) in model.inverse_masses.iter_mut().enumerate() {
+                            *w *= if i % 2 == 0 { 1.0 } else { 1e6 };
+                        }
+                        let scheme = Integrator::Xpbd { iterations };
+                        let mut run = Simulation::new(model, state, scheme, dt);
+                        let failed = (0..50).any(|_| run.step().is_err());
+                        ended += usize::from(failed);
+                        assert_eq!(run.state().first_non_finite(), None, "{text}, dt = {dt}");
+                    }
+                }
+            }
+        }
+    }
+    println!("{ended} runs ended early");
 }

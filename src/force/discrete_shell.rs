@@ -31,4 +31,9 @@ impl BendingLaw for DiscreteShell {
     fn slope(_: Fold, _: f64) -> f64 {
         1.0
     }
+
+    #[inline]
+    fn constraint(fold: Fold, rest: f64) -> [f64; 2] {
+        [Self::moment(fold, rest), 1.0]
+    }
 }

@@ -2,6 +2,9 @@
 
 use super::{BendingLaw, Fold};
 
+/// Turn (rad) below which the constraint is linear: its next term is a third of this.
+const NEAR_REST: f64 = 1e-7;
+
 /// The elastic bending element of Bridson, Marino and Fedkiw 2003.
 ///
 /// Moment M = 2 k (sin θ/2 − sin θ₀/2) (N·m), k θ for small angles. It grows ever more slowly and is
@@ -32,5 +35,29 @@ impl BendingLaw for EdgeSpring {
     fn slope(fold: Fold, _: f64) -> f64 {
         let half_sine = fold.half_sine();
         (1.0 - half_sine * half_sine).max(0.0).sqrt()
+    }
+
+    /// 4 sin θ/4 and cos θ/4 for a flat rest, which need no angle. Else C = ±√(2 E/k), C′ = E′/(k C),
+    /// with δ = θ − θ₀ and E/k = 8 cos θ₀/2 sin² δ/4 − 2 (δ − 2 sin δ/2) sin θ₀/2; near rest, where
+    /// that is rounding, √(cos θ₀/2) times δ.
+    #[inline]
+    fn constraint(fold: Fold, rest: f64) -> [f64; 2] {
+        if rest == 0.0 {
+            let quarter_cosine = (0.5 + 0.5 * Self::slope(fold, rest)).sqrt();
+            return [2.0 * fold.half_sine() / quarter_cosine, quarter_cosine];
+        }
+        let turn = fold.angle() - rest;
+        let (at_rest, slope_at_rest) = (0.5 * rest).sin_cos();
+        if turn.abs() < NEAR_REST {
+            let slope = slope_at_rest.max(0.0).sqrt();
+            return [slope * turn, slope];
+        }
+        let convex = 8.0 * slope_at_rest * (0.25 * turn).sin().powi(2);
+        let energy = convex - 2.0 * (turn - 2.0 * (0.5 * turn).sin()) * at_rest;
+        let c = (2.0 * energy.max(0.0)).sqrt().copysign(turn);
+        if c == 0.0 {
+            return [0.0; 2];
+        }
+        [c, Self::moment(fold, rest) / c]
     }
 }

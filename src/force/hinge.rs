@@ -28,6 +28,10 @@ pub trait BendingLaw: Debug + Default + Copy + Send + Sync {
 
     /// E″/k, never negative.
     fn slope(fold: Fold, rest: f64) -> f64;
+
+    /// C with E/k = ½ C², of the sign of θ − θ₀, and C′, so that C C′ = E′/k: what makes a hinge a
+    /// compliant constraint.
+    fn constraint(fold: Fold, rest: f64) -> [f64; 2];
 }
 
 /// Two triangles on one edge.
@@ -355,6 +359,37 @@ mod tests {
         // Discrete shells turn the short way round.
         let turn = DiscreteShell::moment(Fold::from(-3.0), 3.0);
         assert!((turn - (std::f64::consts::TAU - 6.0)).abs() < 1e-15);
+    }
+
+    /// ½ C² = E/k and C C′ = E′/k, for angles from rounding to folded flat.
+    #[test]
+    fn constraints_are_roots_of_the_energy() {
+        fn check<L: BendingLaw>(rest: f64, turn: f64) {
+            let fold = Fold::from(rest + turn);
+            let [c, slope] = L::constraint(fold, rest);
+            let (energy, moment) = (L::energy(fold, rest), L::moment(fold, rest));
+            // The energy rounds at 1e-16, the turn itself too.
+            let off = (0.5 * c * c - energy).abs() + (c * slope - moment).abs();
+            assert!(off < 1e-14, "{}, {rest}, {turn}: {off}", L::NAME);
+            assert!(c * turn >= 0.0 && slope.is_finite());
+            // C from E itself, where that has digits enough: a relative check.
+            if turn.abs() > 1e-3 {
+                assert!((0.5 * c * c / energy - 1.0).abs() < 1e-7);
+            }
+        }
+        for rest in [0.0, 1e-9, 0.7, -2.0, 3.0] {
+            for size in [1e-12, 1e-9, 0.9e-7, 1.1e-7, 1e-5, 1e-3, 0.1, 1.0, 3.0] {
+                for turn in [size, -size] {
+                    if f64::abs(rest + turn) < PI {
+                        check::<EdgeSpring>(rest, turn);
+                        check::<DiscreteShell>(rest, turn);
+                    }
+                }
+            }
+        }
+        let [c, slope] = EdgeSpring::constraint(Fold::from(1.2), 0.0);
+        assert!((c - 4.0 * f64::sin(0.3)).abs() < 1e-15 && (slope - f64::cos(0.3)).abs() < 1e-15);
+        assert_eq!(EdgeSpring::constraint(Fold::default(), 0.0), [0.0, 1.0]);
     }
 
     #[test]

@@ -15,6 +15,7 @@ mod retry;
 mod rk4;
 mod symplectic_euler;
 mod verlet;
+mod xpbd;
 
 pub use backward_euler::Nonlinear;
 pub use linear_system::Linear;
@@ -35,6 +36,7 @@ use rk4::Rk4;
 use std::fmt::Debug;
 use symplectic_euler::SymplecticEuler;
 use verlet::Verlet;
+use xpbd::Xpbd;
 
 /// A scheme and its parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -60,6 +62,11 @@ pub enum Integrator {
     ImplicitMidpoint(Nonlinear),
     /// The backward differentiation formula of second order.
     Bdf2(Nonlinear),
+    /// Springs and hinges as compliant constraints, relaxed one by one.
+    Xpbd {
+        /// Sweeps over all constraints in a step.
+        iterations: u32,
+    },
 }
 
 /// Newton steps of a stage after which it is given up and tried with halves.
@@ -92,6 +99,9 @@ impl Integrator {
             IntegratorName::Newton => Self::Newton(nonlinear),
             IntegratorName::ImplicitMidpoint => Self::ImplicitMidpoint(nonlinear),
             IntegratorName::Bdf2 => Self::Bdf2(nonlinear),
+            IntegratorName::Xpbd => Self::Xpbd {
+                iterations: solver.iterations.unwrap_or(1),
+            },
         }
     }
 
@@ -107,6 +117,7 @@ impl Integrator {
             Self::Newton(_) => "newton",
             Self::ImplicitMidpoint(_) => "implicit-midpoint",
             Self::Bdf2(_) => "bdf2",
+            Self::Xpbd { .. } => "xpbd",
         }
     }
 
@@ -130,11 +141,7 @@ impl Integrator {
             Self::SymplecticEuler => Some(symplectic_euler::test_step(a, dt, start)),
             Self::Verlet => Some(verlet::test_step(a, dt, start)),
             Self::Rk4 => Some(rk4::test_step(a, dt, start)),
-            Self::Dopri5 { .. }
-            | Self::ImplicitEuler(_)
-            | Self::Newton(_)
-            | Self::ImplicitMidpoint(_)
-            | Self::Bdf2(_) => None,
+            _ => None,
         }
     }
 
@@ -154,6 +161,7 @@ impl Integrator {
                 Box::new(Retry::new(model, ImplicitMidpoint::new(model, settings)))
             }
             Self::Bdf2(settings) => Box::new(Retry::new(model, Bdf2::new(model, settings))),
+            Self::Xpbd { iterations } => Box::new(Xpbd::new(model, iterations)),
         }
     }
 }

@@ -4,7 +4,7 @@
 //! constrained direction has no entry in the preconditioner: search directions never leave the
 //! space that the constraints allow, so that no separate filter is needed.
 
-use super::team::{Barrier, Sums};
+use super::team::{self, Member, Sums};
 use super::{CHUNK, PairMatrix};
 use glam::{DMat3, DVec3};
 use std::sync::{Mutex, MutexGuard, PoisonError, RwLock};
@@ -83,7 +83,6 @@ impl ConjugateGradient {
     pub fn solve(&mut self, system: System<'_>, x: &mut [DVec3], limits: Limits) -> Solve {
         self.p.copy_from_slice(x);
         let chunks = x.len().div_ceil(CHUNK);
-        let threads = rayon::current_num_threads().min(chunks).max(1);
         let Self { residual, z, p, q } = self;
         let mut parts = residual
             .chunks_mut(CHUNK)
@@ -93,31 +92,17 @@ impl ConjugateGradient {
             let ((residual, z), q) = parts.next().unwrap_or_default();
             Mutex::new(Lane { x, residual, z, q })
         };
-        let mut shared = Shared {
+        let shared = Shared {
             system,
             limits,
             lanes: x.chunks_mut(CHUNK).map(lane).collect(),
             directions: p.chunks_mut(CHUNK).map(RwLock::new).collect(),
-            barrier: Barrier::new(threads),
             curvature: Sums::new(chunks),
             norm: Sums::new(chunks),
         };
-        // Two teams in one pool would spin while they wait for each other's threads: whoever comes
-        // second works alone, with the same result.
-        let team = TEAM.try_lock();
-        if threads == 1 || team.is_err() {
-            shared.barrier = Barrier::new(1);
-            return shared.run(0, 1);
-        }
-        let solves = rayon::broadcast(|thread| {
-            (thread.index() < threads).then(|| shared.run(thread.index(), threads))
-        });
-        solves.into_iter().flatten().next().unwrap_or_default()
+        team::run(chunks, |member| shared.run(member))
     }
 }
-
-/// Held by the one team of threads that may work at a time.
-static TEAM: Mutex<()> = Mutex::new(());
 
 /// The rows of one chunk, worked on by one thread.
 struct Lane<'a> {
@@ -134,7 +119,6 @@ struct Shared<'a> {
     lanes: Vec<Mutex<Lane<'a>>>,
     /// Search direction, by chunk: written by its own thread, read by all in another phase.
     directions: Vec<RwLock<&'a mut [DVec3]>>,
-    barrier: Barrier,
     /// p · A p by chunk.
     curvature: Sums,
     /// r · P r by chunk.
@@ -144,8 +128,8 @@ struct Shared<'a> {
 type OwnLanes<'s, 'a> = Vec<(usize, MutexGuard<'s, Lane<'a>>)>;
 
 impl<'a> Shared<'a> {
-    /// The whole solve, as one of `threads` threads goes through it.
-    fn run(&self, thread: usize, threads: usize) -> Solve {
+    /// The whole solve, as one thread goes through it.
+    fn run(&self, member: &Member<'_>) -> Solve {
         let lock = |chunk: usize| {
             (
                 chunk,
@@ -154,22 +138,22 @@ impl<'a> Shared<'a> {
                     .unwrap_or_else(PoisonError::into_inner),
             )
         };
-        let mut own: OwnLanes<'_, 'a> = (thread..self.lanes.len())
-            .step_by(threads)
+        let mut own: OwnLanes<'_, 'a> = (member.thread..self.lanes.len())
+            .step_by(member.threads)
             .map(lock)
             .collect();
-        let mut norm = self.start(&mut own);
+        let mut norm = self.start(&mut own, member);
         let reference = norm.max(self.limits.floor * self.limits.floor);
         let goal = self.limits.tolerance * self.limits.tolerance * reference;
         let mut iterations = 0;
         while norm > goal && iterations < self.limits.max_iterations {
-            let curvature = self.multiply(&mut own);
+            let curvature = self.multiply(&mut own, member);
             if curvature <= 0.0 {
                 break; // rounding, or a matrix that is not positive definite: report what there is
             }
             let previous = norm;
-            norm = self.descend(&mut own, norm / curvature);
-            self.turn(&own, norm / previous);
+            norm = self.descend(&mut own, norm / curvature, member);
+            self.turn(&own, norm / previous, member);
             iterations += 1;
         }
         let residual = if reference > 0.0 {
@@ -185,8 +169,8 @@ impl<'a> Shared<'a> {
     }
 
     /// r = b − A x, z = P r, p = z; returns r · z. The directions hold x at first.
-    fn start(&self, own: &mut OwnLanes<'_, 'a>) -> f64 {
-        self.multiply(own);
+    fn start(&self, own: &mut OwnLanes<'_, 'a>, member: &Member<'_>) -> f64 {
+        self.multiply(own, member);
         for (chunk, lane) in own.iter_mut() {
             let Lane { residual, z, q, .. } = &mut **lane;
             let first = *chunk * CHUNK;
@@ -198,13 +182,13 @@ impl<'a> Shared<'a> {
             }
             self.norm.set(*chunk, sum);
         }
-        self.barrier.wait();
-        self.turn(own, 0.0);
+        member.wait();
+        self.turn(own, 0.0, member);
         self.norm.total()
     }
 
     /// q = A p; returns p · q.
-    fn multiply(&self, own: &mut OwnLanes<'_, 'a>) -> f64 {
+    fn multiply(&self, own: &mut OwnLanes<'_, 'a>, member: &Member<'_>) -> f64 {
         let parts: Vec<_> = self
             .directions
             .iter()
@@ -222,12 +206,12 @@ impl<'a> Shared<'a> {
                 .set(*chunk, p.iter().zip(&*lane.q).map(|(p, q)| p.dot(*q)).sum());
         }
         drop(parts);
-        self.barrier.wait();
+        member.wait();
         self.curvature.total()
     }
 
     /// x += α p, r −= α q, z = P r; returns r · z.
-    fn descend(&self, own: &mut OwnLanes<'_, 'a>, alpha: f64) -> f64 {
+    fn descend(&self, own: &mut OwnLanes<'_, 'a>, alpha: f64, member: &Member<'_>) -> f64 {
         for (chunk, lane) in own.iter_mut() {
             let Lane { x, residual, z, q } = &mut **lane;
             let p = self.directions[*chunk]
@@ -243,12 +227,12 @@ impl<'a> Shared<'a> {
             }
             self.norm.set(*chunk, sum);
         }
-        self.barrier.wait();
+        member.wait();
         self.norm.total()
     }
 
     /// p = z + β p.
-    fn turn(&self, own: &OwnLanes<'_, 'a>, beta: f64) {
+    fn turn(&self, own: &OwnLanes<'_, 'a>, beta: f64, member: &Member<'_>) {
         for (chunk, lane) in own {
             let mut p = self.directions[*chunk]
                 .write()
@@ -257,7 +241,7 @@ impl<'a> Shared<'a> {
                 *p = z + *p * beta;
             }
         }
-        self.barrier.wait();
+        member.wait();
     }
 }
 

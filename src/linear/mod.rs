@@ -10,7 +10,7 @@ mod conjugate_gradient;
 mod lanczos;
 mod pair_matrix;
 mod pairs;
-mod team;
+pub(crate) mod team;
 
 pub use cholesky::{Cholesky, NotPositiveDefinite};
 pub use chunks::Chunks;

@@ -356,6 +356,8 @@ pub enum IntegratorName {
     ImplicitMidpoint,
     /// Implicit, of second order, damps what it can't see.
     Bdf2,
+    /// Springs and hinges relaxed one by one, cheap, stable at any step; softens cloth at long ones.
+    Xpbd,
 }
 
 /// What is recorded.

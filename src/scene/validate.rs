@@ -36,6 +36,10 @@ pub(super) fn check(scene: &Scene) -> Result<(), Fault> {
     if scene.solver.iterations == Some(0) {
         return Err(Fault::new("solver.iterations", "must be at least 1"));
     }
+    if scene.solver.iterations == Some(0) {
+        let cause = "must be at least 1: without an iteration nothing holds the cloth together";
+        return Err(Fault::new("solver.iterations", cause));
+    }
     positive("record.fps", scene.record.fps)?;
     positive("record.strain_range", scene.record.strain_range)?;
     positive("record.checkpoint", scene.record.checkpoint)?;

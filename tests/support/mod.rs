@@ -18,7 +18,7 @@ pub(crate) const SOLVED: Nonlinear = Nonlinear {
 };
 
 /// Every scheme by its name in scenes.
-pub(crate) const SCHEMES: [&str; 9] = [
+pub(crate) const SCHEMES: [&str; 10] = [
     "euler",
     "symplectic-euler",
     "verlet",
@@ -28,7 +28,11 @@ pub(crate) const SCHEMES: [&str; 9] = [
     "newton",
     "implicit-midpoint",
     "bdf2",
+    "xpbd",
 ];
+
+/// XPBD in small steps: one sweep each.
+pub(crate) const XPBD: Integrator = Integrator::Xpbd { iterations: 1 };
 
 /// A scene with changes.
 pub(crate) fn load(name: &str, changes: &[&str]) -> LoadedScene {
