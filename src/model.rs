@@ -19,6 +19,8 @@ pub struct Model {
     pub masses: Vec<f64>,
     /// 1/mass of each particle (1/kg), 0 for pinned ones.
     pub inverse_masses: Vec<f64>,
+    /// Particle positions at rest (m): each cloth's in coordinates of its own.
+    pub rest: Vec<DVec3>,
     /// Weight.
     pub gravity: Gravity,
     /// Springs by family.

@@ -1,6 +1,8 @@
 //! Laws that every force, and every scheme, has to keep.
 
-use crate::support::{IMPLICIT, Numbers, fresh_folder, run_to, simulation, strip, written};
+use crate::support::{
+    IMPLICIT, Numbers, PROJECTIVE, fresh_folder, run_to, simulation, strip, written,
+};
 use glam::{DQuat, DVec3};
 use muslin::force::Jacobian;
 use muslin::integrator::Integrator;
@@ -8,7 +10,7 @@ use muslin::linear::{Assembly, PairMatrix};
 use muslin::scene::Built;
 use muslin::state::State;
 
-const SCHEMES: [Integrator; 2] = [Integrator::SymplecticEuler, IMPLICIT];
+const SCHEMES: [Integrator; 3] = [Integrator::SymplecticEuler, IMPLICIT, PROJECTIVE];
 
 /// Every law on every shape, of a size that the differences can resolve: cells of 5 cm.
 const EVERYTHING: &str = r#"

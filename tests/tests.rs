@@ -13,6 +13,7 @@ mod gallery;
 mod lab;
 mod laws;
 mod program;
+mod projective;
 mod runs;
 mod schemes;
 mod springs;

@@ -47,7 +47,7 @@ pub(super) struct SceneArgs {
     /// A built-in scene (see `muslin scenes`) or a TOML file.
     #[arg(default_value = "drape")]
     pub(super) scene: String,
-    /// Time integration scheme: euler, symplectic-euler, verlet, rk4 or implicit-euler.
+    /// Time integration scheme: euler, symplectic-euler, verlet, rk4, implicit-euler or projective.
     #[arg(long, value_name = "NAME")]
     integrator: Option<String>,
     /// Time step (s).

@@ -4,6 +4,7 @@ mod constraint;
 mod euler;
 mod explicit;
 mod implicit_euler;
+mod projective;
 mod rk4;
 mod symplectic_euler;
 mod verlet;
@@ -15,6 +16,7 @@ use crate::scene::{IntegratorName, Solver};
 use crate::state::State;
 use euler::Euler;
 use implicit_euler::ImplicitEuler;
+use projective::Projective;
 use rk4::Rk4;
 use symplectic_euler::SymplecticEuler;
 use verlet::Verlet;
@@ -35,6 +37,13 @@ pub enum Integrator {
         /// Residual at which the solve ends, relative to its start.
         linear_tolerance: f64,
     },
+    /// Implicit Euler solved by local and global steps with one factorised matrix.
+    Projective {
+        /// The most iterations of a step.
+        iterations: u32,
+        /// Force out of balance at which a step ends, relative to those that move the cloth.
+        residual: f64,
+    },
 }
 
 impl Integrator {
@@ -51,6 +60,10 @@ impl Integrator {
             IntegratorName::ImplicitEuler => Self::ImplicitEuler {
                 linear_tolerance: solver.linear_tolerance,
             },
+            IntegratorName::Projective => Self::Projective {
+                iterations: solver.iterations.unwrap_or(projective::ITERATIONS),
+                residual: solver.residual,
+            },
         }
     }
 
@@ -62,6 +75,7 @@ impl Integrator {
             Self::Verlet => "verlet",
             Self::Rk4 => "rk4",
             Self::ImplicitEuler { .. } => "implicit-euler",
+            Self::Projective { .. } => "projective",
         }
     }
 
@@ -85,7 +99,7 @@ impl Integrator {
             Self::SymplecticEuler => Some(symplectic_euler::test_step(a, dt, start)),
             Self::Verlet => Some(verlet::test_step(a, dt, start)),
             Self::Rk4 => Some(rk4::test_step(a, dt, start)),
-            Self::ImplicitEuler { .. } => None,
+            Self::ImplicitEuler { .. } | Self::Projective { .. } => None,
         }
     }
 
@@ -99,6 +113,10 @@ impl Integrator {
             Self::ImplicitEuler { linear_tolerance } => {
                 Scheme::ImplicitEuler(Box::new(ImplicitEuler::new(model, linear_tolerance)))
             }
+            Self::Projective {
+                iterations,
+                residual,
+            } => Scheme::Projective(Box::new(Projective::new(model, iterations, residual))),
         }
     }
 }
@@ -116,6 +134,8 @@ pub enum Scheme {
     Rk4(Box<Rk4>),
     /// See [`Integrator::ImplicitEuler`].
     ImplicitEuler(Box<ImplicitEuler>),
+    /// See [`Integrator::Projective`].
+    Projective(Box<Projective>),
 }
 
 impl Scheme {
@@ -135,6 +155,7 @@ impl Scheme {
             Self::Verlet(scheme) => scheme.advance(model, dt, state),
             Self::Rk4(scheme) => scheme.advance(model, dt, state),
             Self::ImplicitEuler(scheme) => return scheme.advance(model, contacts, dt, state),
+            Self::Projective(scheme) => return scheme.advance(model, dt, state),
         }
         Solve {
             converged: true,

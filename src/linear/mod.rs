@@ -8,11 +8,13 @@ mod cholesky;
 mod conjugate_gradient;
 mod pair_matrix;
 mod pairs;
+mod scalar_cholesky;
 mod team;
 
 pub use cholesky::{Cholesky, NotPositiveDefinite};
 pub use conjugate_gradient::{ConjugateGradient, Limits, Solve, System};
 pub use pair_matrix::{Assembly, LineBlock, PairMatrix, Pattern, Slot, outer};
+pub use scalar_cholesky::ScalarCholesky;
 
 /// Rows in a chunk: large enough that the blocks between chunks, which are read twice, are few (one
 /// in 25 for a 61 × 61 sheet with second neighbours), small enough for two threads to share.

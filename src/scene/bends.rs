@@ -30,8 +30,16 @@ struct Clamp {
     /// The last corner is not set yet.
     hinge: Hinge,
     time: f64,
-    /// Where the far corner is held (m).
-    far: DVec3,
+    far: Far,
+}
+
+/// The far corner of a clamp's hinge (m).
+#[derive(Clone, Copy)]
+pub(super) struct Far {
+    /// Where it is held.
+    pub(super) held: DVec3,
+    /// Where it would be at rest.
+    pub(super) rest: DVec3,
 }
 
 /// A cloth where it starts.
@@ -79,7 +87,7 @@ impl Bends {
     }
 
     /// Makes the far corners of the clamps particles from number `first` on; returns where they are.
-    pub(super) fn hold_clamps(&mut self, first: u32) -> Vec<DVec3> {
+    pub(super) fn hold_clamps(&mut self, first: u32) -> Vec<Far> {
         let mut held = Vec::new();
         let mut next = first;
         for batch in [&mut self.edge_springs, &mut self.discrete_shells] {
@@ -149,7 +157,10 @@ impl Batch {
                     stiffness: 2.0 * rigidity.stiffness(mirrored(at_rest), bend),
                 },
                 time: placed.cloth.damping.stiffness,
-                far: mirrored(clamp.map(|corner| positions[corner as usize]))[3],
+                far: Far {
+                    held: mirrored(clamp.map(|corner| positions[corner as usize]))[3],
+                    rest: mirrored(at_rest)[3],
+                },
             });
         }
     }

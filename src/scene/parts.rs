@@ -18,6 +18,7 @@ use glam::DVec3;
 pub(super) struct Parts {
     cloths: Vec<Cloth>,
     state: State,
+    rest: Vec<DVec3>,
     masses: Vec<f64>,
     pinned: Vec<bool>,
     drag: Vec<f64>,
@@ -83,6 +84,7 @@ impl Parts {
             clamped: &clamped,
         })?;
         self.add_state(cloth, &lattice.mesh.positions);
+        self.rest.extend(rest);
         self.cloths.push(Cloth {
             name: cloth.name.clone(),
             particles: first..self.masses.len(),
@@ -160,6 +162,7 @@ impl Parts {
         let Self {
             cloths,
             state,
+            rest,
             masses,
             pinned,
             drag,
@@ -184,6 +187,7 @@ impl Parts {
                 masses: masses.clone(),
             },
             masses,
+            rest,
             strain_limit: scene.strain_limit.as_ref().map(limit),
             springs,
             edge_springs,
@@ -203,7 +207,10 @@ impl Parts {
     fn hold_clamps(&mut self) {
         let held = self.bends.hold_clamps(index(self.masses.len()));
         let particles = self.masses.len() + held.len();
-        self.state.positions.extend(held);
+        for far in held {
+            self.state.positions.push(far.held);
+            self.rest.push(far.rest);
+        }
         self.state.velocities.resize(particles, DVec3::ZERO);
         self.masses.resize(particles, 0.0);
         self.pinned.resize(particles, true);

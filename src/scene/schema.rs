@@ -285,7 +285,8 @@ pub struct Solver {
     /// Force out of balance at which a nonlinear solve ends, relative to the forces that move the
     /// cloth.
     pub residual: f64,
-    /// Iterations of a step: sweeps of `xpbd`, the most of the other iterative schemes.
+    /// Iterations of a step: sweeps of `xpbd`, the most of the other iterative schemes (100
+    /// of `projective`).
     pub iterations: Option<u32>,
 }
 
@@ -317,6 +318,8 @@ pub enum IntegratorName {
     /// One linearised solve a step, stable at any.
     #[default]
     ImplicitEuler,
+    /// Implicit Euler solved by local and global steps with one factorised matrix.
+    Projective,
 }
 
 /// What is recorded.

@@ -3,7 +3,7 @@
 use super::fault::Fault;
 use super::schema::{
     BendingName, BlockShape, ChainShape, Cloth, ObjShape, Obstacle, ObstacleShape, Scene, Shape,
-    SheetShape, SpringKind,
+    SheetShape, Solver, SpringKind,
 };
 
 /// Checks every value that parsing can't.
@@ -23,6 +23,7 @@ pub(super) fn check(scene: &Scene) -> Result<(), Fault> {
         let cause = "must be below 1: at 1 nothing is solved; 1e-3 is coarse, 1e-6 fine";
         return Err(Fault::new("solver.linear_tolerance", cause));
     }
+    check_iterations(&scene.solver)?;
     positive("record.fps", scene.record.fps)?;
     positive("record.strain_range", scene.record.strain_range)?;
     positive("record.checkpoint", scene.record.checkpoint)?;
@@ -62,6 +63,20 @@ pub(super) fn check(scene: &Scene) -> Result<(), Fault> {
             &obstacle.name,
             scene.obstacle[..i].iter().map(|other| &other.name),
         )?;
+    }
+    Ok(())
+}
+
+/// When the iterations of a step end.
+fn check_iterations(solver: &Solver) -> Result<(), Fault> {
+    positive("solver.residual", solver.residual)?;
+    if solver.residual >= 1.0 {
+        let cause = "must be below 1: at 1 nothing is solved; 1e-3 is coarse, 1e-6 fine";
+        return Err(Fault::new("solver.residual", cause));
+    }
+    if solver.iterations == Some(0) {
+        let cause = "must be at least 1: without iterations nothing moves as it should";
+        return Err(Fault::new("solver.iterations", cause));
     }
     Ok(())
 }

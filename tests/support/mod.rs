@@ -12,6 +12,12 @@ pub(crate) const IMPLICIT: Integrator = Integrator::ImplicitEuler {
     linear_tolerance: 1e-9,
 };
 
+/// A tight projective scheme: what it leaves of a step's equation is far less than the step's error.
+pub(crate) const PROJECTIVE: Integrator = Integrator::Projective {
+    iterations: 2000,
+    residual: 1e-7,
+};
+
 /// A scene with changes.
 pub(crate) fn load(name: &str, changes: &[&str]) -> LoadedScene {
     let changes: Vec<String> = changes.iter().map(|change| (*change).to_owned()).collect();
