@@ -2,7 +2,7 @@
 //!
 //! The end of a step is where
 //!
-//! J(v) = ½ |v − v₀|²_M + U(x₀ + dt v) + dt D(v)
+//! J(v) = ½ (v − v₀) · M (v − v₀) + U(x₀ + dt v) + dt D(v)
 //!
 //! is least, U the potential of every law and D half the power of every damping: there
 //! M (v₁ − v₀) = dt f(x₁, v₁), which is implicit Euler without linearisation. An iteration takes the
@@ -56,7 +56,7 @@ struct Balance {
     gained: f64,
 }
 
-/// ½ |v − v₀|²_M + U (J), and the sum of its parts' sizes, at which it rounds.
+/// ½ (v − v₀) · M (v − v₀) + U (J), and the sum of its parts' sizes, at which it rounds.
 #[derive(Clone, Copy, Debug, Default)]
 struct Energy {
     sum: f64,
