@@ -26,6 +26,8 @@ pub struct Model {
     pub inverse_masses: Vec<f64>,
     /// Pins that move or let go.
     pub pins: Pins,
+    /// Particle positions at rest (m): each cloth's in coordinates of its own.
+    pub rest: Vec<DVec3>,
     /// Weight.
     pub gravity: Gravity,
     /// Springs by family.

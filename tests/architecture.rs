@@ -39,7 +39,7 @@ const OWNERS: &[(&str, &[&str])] = &[
     ("ctrlc", &["cli"]),
     ("serde_json", &["cli"]),
     ("toml", &["scene"]),
-    ("faer", &["linear/cholesky"]),
+    ("faer", &["linear/cholesky", "linear/scalar_cholesky"]),
     ("plotters", &["lab/picture"]),
     ("png", &["lab/picture"]),
     ("dejavu", &["lab/picture"]),

@@ -189,6 +189,7 @@ fn one_particle() {
             strain_limit: None,
             obstacles: Vec::new(),
             pins: Pins::default(),
+            rest: vec![DVec3::ZERO],
         };
         let mut run = Simulation::new(model, State::at_rest(vec![DVec3::ZERO]), scheme(name), 0.01);
         crate::support::run_to(&mut run, 0.5);

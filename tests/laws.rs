@@ -1,7 +1,7 @@
 //! Laws that every force, and every scheme, has to keep.
 
 use crate::support::{
-    IMPLICIT, Numbers, XPBD, fresh_folder, load, run_to, simulation, strip, written,
+    IMPLICIT, Numbers, PROJECTIVE, XPBD, fresh_folder, load, run_to, simulation, strip, written,
 };
 use glam::{DQuat, DVec3};
 use muslin::force::Jacobian;
@@ -11,7 +11,7 @@ use muslin::scene::{self, Built};
 use muslin::simulation::{Sign, Simulation};
 use muslin::state::State;
 
-const SCHEMES: [Integrator; 3] = [Integrator::SymplecticEuler, IMPLICIT, XPBD];
+const SCHEMES: [Integrator; 4] = [Integrator::SymplecticEuler, IMPLICIT, XPBD, PROJECTIVE];
 
 /// Every law on every shape, of a size that the differences can resolve: cells of 5 cm.
 const EVERYTHING: &str = r#"

@@ -1,6 +1,6 @@
 //! Pins that move and pins that let go, with every scheme.
 
-use crate::support::{IMPLICIT, SOLVED, XPBD, run_to, written};
+use crate::support::{IMPLICIT, PROJECTIVE, SOLVED, XPBD, run_to, written};
 use glam::{DQuat, DVec3};
 use muslin::energy::Energies;
 use muslin::frame::Capture;
@@ -9,7 +9,7 @@ use muslin::scene;
 use muslin::simulation::{Simulation, forecast, settle};
 
 /// Every scheme with a first step for the sheet below and its order.
-const SCHEMES: [(Integrator, f64, f64); 9] = [
+const SCHEMES: [(Integrator, f64, f64); 10] = [
     (Integrator::Euler, 1e-4, 0.9),
     (Integrator::SymplecticEuler, 1e-3, 0.9),
     (Integrator::Verlet, 1e-3, 1.8),
@@ -19,6 +19,7 @@ const SCHEMES: [(Integrator, f64, f64); 9] = [
     (Integrator::ImplicitMidpoint(SOLVED), 2e-3, 1.8),
     (Integrator::Bdf2(SOLVED), 1e-3, 1.8),
     (XPBD, 5e-4, 0.9),
+    (PROJECTIVE, 5e-4, 0.9),
 ];
 
 /// A small sheet that bends, and the pins given.

@@ -234,6 +234,9 @@ const BAD_OPTIONS: &str = r#"
 --duration 0 => scene.toml | duration | above 0
 --fps -60 => scene.toml | record.fps | is -60;
 --integrator rk9 => scene.toml | rk9 | symplectic-euler | implicit-euler
+--set solver.iterations=0 => scene.toml | solver.iterations | at least 1
+--set solver.residual=0 => scene.toml | solver.residual | above 0
+--set solver.residual=1 => scene.toml | solver.residual | below 1
 --threads 0 => --threads 0 | at least one thread
 --no-such-flag => --no-such-flag | --help
 --set nonsense => scene.toml | "nonsense" | --set KEY=VALUE

@@ -1,7 +1,7 @@
 //! Every scheme against what it promises: its order, its energy, its stable step.
 
 use crate::support::{
-    IMPLICIT, Numbers, SOLVED, XPBD, fresh_folder, run_to, simulation, strip, written,
+    IMPLICIT, Numbers, PROJECTIVE, SOLVED, XPBD, fresh_folder, run_to, simulation, strip, written,
 };
 use glam::DVec3;
 use muslin::energy::Energies;
@@ -12,7 +12,7 @@ use muslin::simulation::{Simulation, forecast};
 /// Smooth scenes: a chain that swings down from the horizontal, a small sheet held at its corners.
 /// With both dampings, so that velocity-dependent forces count.
 const CHAIN: &str = "name = \"swing\"\nduration = 1.0\n[[cloth]]\nname = \"chain\"\nshape = { chain = { length = 1.0, links = 10 } }\nmaterial = { linear_density = 0.1, stretch = 20.0 }\ndamping = { mass = 0.5, stiffness = 0.002 }\n[[pin]]\ncloth = \"chain\"\nselect = { corner = [\"left\"] }\n";
-const SHEET: &str = "name = \"swing\"\nduration = 1.0\n[[cloth]]\nname = \"sheet\"\nshape = { sheet = { size = [0.5, 0.5], cells = [4, 4], diagonals = \"both\" } }\nbending = \"discrete-shell\"\nmaterial = { area_density = 0.2, stretch = 20.0, bend = 1.0e-3 }\ndamping = { mass = 0.5, stiffness = 0.002 }\n[[pin]]\ncloth = \"sheet\"\nselect = { corner = [\"left-near\", \"right-near\"] }\n";
+pub(crate) const SHEET: &str = "name = \"swing\"\nduration = 1.0\n[[cloth]]\nname = \"sheet\"\nshape = { sheet = { size = [0.5, 0.5], cells = [4, 4], diagonals = \"both\" } }\nbending = \"discrete-shell\"\nmaterial = { area_density = 0.2, stretch = 20.0, bend = 1.0e-3 }\ndamping = { mass = 0.5, stiffness = 0.002 }\n[[pin]]\ncloth = \"sheet\"\nselect = { corner = [\"left-near\", \"right-near\"] }\n";
 
 fn run(text: &str, scheme: Integrator, dt: f64) -> Simulation {
     let built = scene::build(&written("scheme", text)).unwrap();
@@ -73,6 +73,11 @@ fn implicit_euler_is_of_first_order() {
 fn xpbd_is_of_first_order() {
     check_order(XPBD, 5e-4, 0.9);
     check_order(Integrator::Xpbd { iterations: 3 }, 5e-4, 0.9);
+}
+
+#[test]
+fn projective_is_of_first_order() {
+    check_order(PROJECTIVE, 5e-4, 0.9);
 }
 
 #[test]
@@ -232,6 +237,7 @@ fn all_schemes_have_one_answer() {
         (Integrator::ImplicitMidpoint(SOLVED), 1e-3),
         (Integrator::Bdf2(SOLVED), 1e-3),
         (XPBD, 5e-5),
+        (PROJECTIVE, 2e-4),
     ] {
         let error = distance(&at(scheme, dt), &reference);
         println!("{} at {dt} s: {:.3} mm", scheme.name(), 1e3 * error);

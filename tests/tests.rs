@@ -16,6 +16,7 @@ mod lab;
 mod laws;
 mod motion;
 mod program;
+mod projective;
 mod runs;
 mod schemes;
 mod springs;

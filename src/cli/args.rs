@@ -48,7 +48,8 @@ pub(super) struct SceneArgs {
     /// A built-in scene (see `muslin scenes`) or a TOML file.
     #[arg(default_value = "drape")]
     pub(super) scene: String,
-    /// Time integration scheme: euler, symplectic-euler, verlet, rk4, implicit-euler or xpbd.
+    /// Time integration scheme: euler, symplectic-euler, verlet, rk4, dopri5, implicit-euler, newton,
+    /// implicit-midpoint, bdf2, xpbd or projective.
     #[arg(long, value_name = "NAME")]
     integrator: Option<String>,
     /// Time step (s), or auto: by scheme and forecast.

@@ -10,6 +10,7 @@ mod implicit_euler;
 mod implicit_midpoint;
 mod linear_system;
 mod newton;
+mod projective;
 mod properties;
 mod retry;
 mod rk4;
@@ -31,6 +32,7 @@ use euler::Euler;
 use implicit_euler::ImplicitEuler;
 use implicit_midpoint::ImplicitMidpoint;
 use newton::Newton;
+use projective::Projective;
 use retry::Retry;
 use rk4::Rk4;
 use std::fmt::Debug;
@@ -67,6 +69,13 @@ pub enum Integrator {
         /// Sweeps over all constraints in a step.
         iterations: u32,
     },
+    /// Implicit Euler solved by local and global steps with one factorised matrix.
+    Projective {
+        /// The most iterations of a step.
+        iterations: u32,
+        /// Force out of balance at which a step ends, relative to those that move the cloth.
+        residual: f64,
+    },
 }
 
 /// Newton steps of a stage after which it is given up and tried with halves.
@@ -102,6 +111,10 @@ impl Integrator {
             IntegratorName::Xpbd => Self::Xpbd {
                 iterations: solver.iterations.unwrap_or(1),
             },
+            IntegratorName::Projective => Self::Projective {
+                iterations: solver.iterations.unwrap_or(projective::ITERATIONS),
+                residual: solver.residual,
+            },
         }
     }
 
@@ -118,6 +131,7 @@ impl Integrator {
             Self::ImplicitMidpoint(_) => "implicit-midpoint",
             Self::Bdf2(_) => "bdf2",
             Self::Xpbd { .. } => "xpbd",
+            Self::Projective { .. } => "projective",
         }
     }
 
@@ -162,6 +176,10 @@ impl Integrator {
             }
             Self::Bdf2(settings) => Box::new(Retry::new(model, Bdf2::new(model, settings))),
             Self::Xpbd { iterations } => Box::new(Xpbd::new(model, iterations)),
+            Self::Projective {
+                iterations,
+                residual,
+            } => Box::new(Projective::new(model, iterations, residual)),
         }
     }
 }

@@ -10,6 +10,7 @@ mod conjugate_gradient;
 mod lanczos;
 mod pair_matrix;
 mod pairs;
+mod scalar_cholesky;
 pub(crate) mod team;
 
 pub use cholesky::{Cholesky, NotPositiveDefinite};
@@ -17,6 +18,7 @@ pub use chunks::Chunks;
 pub use conjugate_gradient::{ConjugateGradient, Limits, Solve, System};
 pub use lanczos::largest_eigenvalues;
 pub use pair_matrix::{Assembly, LineBlock, PairMatrix, Pattern, Slot, outer};
+pub use scalar_cholesky::ScalarCholesky;
 pub use team::awake;
 
 /// Rows in a chunk: large enough that the blocks between chunks, which are read twice, are few (one

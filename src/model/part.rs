@@ -74,7 +74,7 @@ impl Numbering {
         HingeDamping { hinges, times }
     }
 
-    fn of(&self, list: &[f64]) -> Vec<f64> {
+    fn of<T: Copy>(&self, list: &[T]) -> Vec<T> {
         self.particles.iter().map(|&i| list[i as usize]).collect()
     }
 }
@@ -101,6 +101,7 @@ impl Model {
         let part = Self {
             cloths: Vec::new(),
             inverse_masses: n.of(&self.inverse_masses),
+            rest: n.of(&self.rest),
             gravity: Gravity {
                 acceleration: self.gravity.acceleration,
                 masses: masses.clone(),

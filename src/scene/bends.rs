@@ -38,11 +38,13 @@ struct Clamp {
     until: f64,
 }
 
-/// The far corner of a clamp.
+/// The far corner of a clamp's hinge.
 #[derive(Clone, Copy)]
 pub(super) struct Far {
     /// Where it is held at the start (m).
-    pub(super) position: DVec3,
+    pub(super) held: DVec3,
+    /// Where it would be at rest (m).
+    pub(super) rest: DVec3,
     /// Number of the motion that it follows: that of the clamped edge.
     pub(super) drive: Option<usize>,
 }
@@ -187,7 +189,8 @@ impl Batch {
                 },
                 time: placed.cloth.damping.stiffness,
                 far: Far {
-                    position: mirrored(clamp.map(|corner| positions[corner as usize]))[3],
+                    held: mirrored(clamp.map(|corner| positions[corner as usize]))[3],
+                    rest: mirrored(at_rest)[3],
                     drive: placed.holds[clamp[0] as usize].and_then(|hold| hold.drive),
                 },
                 until,

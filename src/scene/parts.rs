@@ -19,6 +19,7 @@ use glam::DVec3;
 pub(super) struct Parts {
     cloths: Vec<Cloth>,
     state: State,
+    rest: Vec<DVec3>,
     masses: Vec<f64>,
     holds: Holds,
     drag: Vec<f64>,
@@ -87,6 +88,7 @@ impl Parts {
             clamped: &clamped,
         })?;
         self.add_state(cloth, &lattice.mesh.positions);
+        self.rest.extend(rest);
         self.cloths.push(Cloth {
             name: cloth.name.clone(),
             particles: first..self.masses.len(),
@@ -164,6 +166,7 @@ impl Parts {
         let Self {
             cloths,
             mut state,
+            rest,
             masses,
             holds,
             drag,
@@ -191,6 +194,7 @@ impl Parts {
                 masses: masses.clone(),
             },
             masses,
+            rest,
             strain_limit: scene.strain_limit.as_ref().map(limit),
             springs,
             edge_springs,
@@ -212,7 +216,8 @@ impl Parts {
         let held = self.bends.hold_clamps(index(self.masses.len()));
         let particles = self.masses.len() + held.len();
         for far in held {
-            self.state.positions.push(far.position);
+            self.state.positions.push(far.held);
+            self.rest.push(far.rest);
             self.holds.add_far(far.drive);
         }
         self.state.velocities.resize(particles, DVec3::ZERO);

@@ -316,7 +316,8 @@ pub struct Solver {
     pub residual: f64,
     /// Error of the positions that `dopri5` allows in each of its steps (m, root of the mean square).
     pub tolerance: f64,
-    /// Iterations of a step: sweeps of `xpbd`, the most of the other iterative schemes.
+    /// Iterations of a step: sweeps of `xpbd` (1 by default), the most of `projective` (100) and, as Newton
+    /// steps, of `newton`, `implicit-midpoint` and `bdf2` (50).
     pub iterations: Option<u32>,
 }
 
@@ -358,6 +359,8 @@ pub enum IntegratorName {
     Bdf2,
     /// Springs and hinges relaxed one by one, cheap, stable at any step; softens cloth at long ones.
     Xpbd,
+    /// Implicit Euler solved by local and global steps with one factorised matrix.
+    Projective,
 }
 
 /// What is recorded.

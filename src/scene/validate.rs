@@ -34,9 +34,6 @@ pub(super) fn check(scene: &Scene) -> Result<(), Fault> {
         }
     }
     if scene.solver.iterations == Some(0) {
-        return Err(Fault::new("solver.iterations", "must be at least 1"));
-    }
-    if scene.solver.iterations == Some(0) {
         let cause = "must be at least 1: without an iteration nothing holds the cloth together";
         return Err(Fault::new("solver.iterations", cause));
     }

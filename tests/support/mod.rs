@@ -18,7 +18,7 @@ pub(crate) const SOLVED: Nonlinear = Nonlinear {
 };
 
 /// Every scheme by its name in scenes.
-pub(crate) const SCHEMES: [&str; 10] = [
+pub(crate) const SCHEMES: [&str; 11] = [
     "euler",
     "symplectic-euler",
     "verlet",
@@ -29,10 +29,17 @@ pub(crate) const SCHEMES: [&str; 10] = [
     "implicit-midpoint",
     "bdf2",
     "xpbd",
+    "projective",
 ];
 
 /// XPBD in small steps: one sweep each.
 pub(crate) const XPBD: Integrator = Integrator::Xpbd { iterations: 1 };
+
+/// A tight projective scheme: what it leaves of a step's equation is far less than the step's error.
+pub(crate) const PROJECTIVE: Integrator = Integrator::Projective {
+    iterations: 2000,
+    residual: 1e-7,
+};
 
 /// A scene with changes.
 pub(crate) fn load(name: &str, changes: &[&str]) -> LoadedScene {
