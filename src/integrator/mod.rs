@@ -53,7 +53,7 @@ pub enum Integrator {
     Rk4,
     /// Dormand and Prince's pair of orders five and four, its steps chosen by their error.
     Dopri5 {
-        /// Error of the positions in a step (m, root of the mean square).
+        /// Error of a step in the position of any particle (m).
         tolerance: f64,
     },
     /// One linearised solve a step.

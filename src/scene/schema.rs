@@ -314,7 +314,7 @@ pub struct Solver {
     /// Force out of balance at which a nonlinear solve ends, relative to the forces that move the
     /// cloth.
     pub residual: f64,
-    /// Error of the positions that `dopri5` allows in each of its steps (m, root of the mean square).
+    /// Error of the position of any particle that `dopri5` allows in each of its steps (m).
     pub tolerance: f64,
     /// Iterations of a step: sweeps of `xpbd` (1 by default), the most of `projective` (100) and, as Newton
     /// steps, of `newton`, `implicit-midpoint` and `bdf2` (50).
