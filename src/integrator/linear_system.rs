@@ -3,12 +3,12 @@
 //! A v = b with A = M − γ ∂f/∂v − γ² ∂f/∂x, symmetric and positive definite, γ the time (s) that one
 //! evaluation of the forces stands for, on the directions that constraints leave free.
 
-use super::constraint::{Constraint, constrain};
+use super::constraint::constrain;
 use crate::collision::Contacts;
 use crate::force::{Damping, Jacobian, Stiffness};
 use crate::linear::{
-    Assembly, Cholesky, ConjugateGradient, Limits, NotPositiveDefinite, PairMatrix, Pattern, Slot,
-    Solve, System, outer,
+    Assembly, Cholesky, Coarse, ConjugateGradient, Constraint, Limits, NotPositiveDefinite,
+    PairMatrix, Pattern, Slot, Solve, System,
 };
 use crate::model::{Cloth, Model};
 use crate::scene::LinearSolverName;
@@ -46,8 +46,12 @@ const FIRST_ITERATIONS: u32 = 100;
 /// without hinges, where 180 to 600 iterations take as long as a factorisation.
 const ITERATION_WORTH: f64 = 1.6;
 
-/// Solves by factorisation before conjugate gradients are tried again, after they took too long.
-const DIRECT_SOLVES: u32 = 20;
+/// Solves by factorisation, or with the coarse level, before simpler ones are tried again, after those
+/// took too long.
+const DEARER_SOLVES: u32 = 20;
+
+/// Iterations with one level beyond which two take less time.
+const COARSE_FROM: u32 = 50;
 
 /// Matrix, constraints and solvers; one entry a particle unless it says otherwise.
 #[derive(Debug)]
@@ -68,6 +72,9 @@ pub(super) struct LinearSystem {
     direct: Option<Box<Direct>>,
     /// Whether a factorisation was thought of.
     asked: bool,
+    coarse: Option<Coarse>,
+    /// Solves still to be done with the coarse level.
+    coarse_solves: u32,
     /// Solves still to be done by factorisation.
     direct_solves: u32,
     /// A v, while momentum is balanced or a direct solution checked.
@@ -92,6 +99,8 @@ impl LinearSystem {
             iterative: ConjugateGradient::new(particles),
             direct: None,
             asked: false,
+            coarse: None,
+            coarse_solves: 0,
             direct_solves: 0,
             product: vec![DVec3::ZERO; particles],
         }
@@ -147,20 +156,22 @@ impl LinearSystem {
             max_iterations,
         };
         match self.linear.solver {
-            LinearSolverName::ConjugateGradient => self.iterate(b, v, limits(MAX_ITERATIONS)),
+            LinearSolverName::ConjugateGradient => {
+                self.iterate(b, v, limits(MAX_ITERATIONS), false)
+            }
             LinearSolverName::Cholesky => {
                 if self.direct().is_some() {
                     self.factor_and_solve(b, v)
                 } else {
-                    self.iterate(b, v, limits(MAX_ITERATIONS))
+                    self.iterate(b, v, limits(MAX_ITERATIONS), false)
                 }
             }
             LinearSolverName::Auto => self.solve_by_the_cheaper(b, v, limits),
         }
     }
 
-    /// Conjugate gradients, for as long as a factorisation would take; then the factorisation, for a
-    /// while. Counts decide, not clocks: the same scene takes the same way on every machine.
+    /// Conjugate gradients, with a coarse level when they take long, for as long as a factorisation would
+    /// take; then the factorisation, for a while. Counts decide, not clocks: the same scene takes the same way on every machine.
     fn solve_by_the_cheaper(
         &mut self,
         b: &[DVec3],
@@ -171,7 +182,12 @@ impl LinearSystem {
             self.direct_solves -= 1;
             return self.factor_and_solve(b, v);
         }
-        let first = self.iterate(b, v, limits(FIRST_ITERATIONS));
+        let coarse = self.coarse_solves > 0;
+        self.coarse_solves = self.coarse_solves.saturating_sub(1);
+        let first = self.iterate(b, v, limits(FIRST_ITERATIONS), coarse);
+        if !coarse && first.iterations > COARSE_FROM {
+            self.coarse_solves = DEARER_SOLVES;
+        }
         if first.converged {
             return first;
         }
@@ -182,7 +198,7 @@ impl LinearSystem {
             floor: 0.0,
             max_iterations: even.saturating_sub(FIRST_ITERATIONS),
         };
-        let second = self.iterate(b, v, rest);
+        let second = self.iterate(b, v, rest, true);
         let iterations = first.iterations + second.iterations;
         let mut solve = Solve {
             iterations,
@@ -190,17 +206,28 @@ impl LinearSystem {
             converged: second.converged,
         };
         if !second.converged && self.direct.is_some() {
-            self.direct_solves = DIRECT_SOLVES;
+            self.direct_solves = DEARER_SOLVES;
             solve = self.factor_and_solve(b, v);
             solve.iterations += iterations;
         }
         solve
     }
 
-    fn iterate(&mut self, b: &[DVec3], v: &mut [DVec3], limits: Limits) -> Solve {
+    /// Conjugate gradients, with the coarse level if asked for and of use.
+    fn iterate(&mut self, b: &[DVec3], v: &mut [DVec3], limits: Limits, coarse: bool) -> Solve {
+        if coarse && self.coarse.is_none() {
+            self.coarse = Coarse::new(&self.matrix);
+        }
+        let level = self.coarse.as_mut().filter(|_| coarse);
+        let level = level.and_then(|level| {
+            let prepared = level.prepare(&self.matrix, &self.constraints);
+            prepared.ok().map(|()| &*level)
+        });
         let system = System {
             matrix: &self.matrix,
+            constraints: &self.constraints,
             inverse: &self.inverse,
+            coarse: level,
             b,
         };
         self.iterative.solve(system, v, limits)
@@ -346,37 +373,5 @@ impl Direct {
             };
         }
         self.cholesky.factor(&self.diagonal, &self.off)
-    }
-}
-
-impl Constraint {
-    /// P, the projection on the free directions.
-    fn projection(self) -> DMat3 {
-        match self {
-            Self::Free => DMat3::IDENTITY,
-            Self::Plane(n) => DMat3::IDENTITY - outer(n, n),
-            Self::Fixed => DMat3::ZERO,
-        }
-    }
-
-    /// P v.
-    pub(super) fn project(self, v: DVec3) -> DVec3 {
-        match self {
-            Self::Free => v,
-            Self::Plane(n) => v - n * n.dot(v),
-            Self::Fixed => DVec3::ZERO,
-        }
-    }
-
-    /// P B P + s (1 − P), s the size of B: invertible, and B on the free directions.
-    fn restrict(self, block: DMat3) -> DMat3 {
-        match self {
-            Self::Free => block,
-            Self::Plane(n) => {
-                let (p, size) = (self.projection(), block.x_axis.x.max(block.y_axis.y));
-                p * block * p + outer(n, n) * size
-            }
-            Self::Fixed => DMat3::IDENTITY,
-        }
     }
 }

@@ -48,6 +48,12 @@ const MOST_ROWS: usize = 400_000;
 #[error("the matrix is not positive definite")]
 pub struct NotPositiveDefinite;
 
+/// Work space of a solve.
+pub(super) struct Work {
+    scalars: Vec<f64>,
+    buffer: MemBuffer,
+}
+
 /// Where the block of a pair is in the upper half of A.
 #[derive(Clone, Copy, Debug)]
 struct Place {
@@ -150,19 +156,35 @@ impl Cholesky {
     /// When `x` has another length than the matrix, or the last factorisation was refused or none was
     /// asked for.
     pub fn solve(&self, x: &mut [DVec3]) {
+        self.solve_with(&mut self.work(), x);
+    }
+
+    /// Work space of [`Cholesky::solve_with`].
+    pub(super) fn work(&self) -> Work {
+        let bytes = self.symbolic.solve_in_place_scratch::<f64>(1, Par::Seq);
+        Work {
+            scalars: vec![0.0; 3 * self.rows()],
+            buffer: MemBuffer::new(bytes),
+        }
+    }
+
+    /// [`Cholesky::solve`] without allocating.
+    pub(super) fn solve_with(&self, work: &mut Work, x: &mut [DVec3]) {
         assert!(self.factored, "a solve needs a factorisation");
         assert_eq!(x.len(), self.rows(), "one vector a row");
-        let mut scalars: Vec<f64> = x.iter().flat_map(DVec3::to_array).collect();
-        let mut work = MemBuffer::new(self.symbolic.solve_in_place_scratch::<f64>(1, Par::Seq));
+        let Work { scalars, buffer } = work;
+        for (scalars, x) in scalars.as_chunks_mut::<3>().0.iter_mut().zip(&*x) {
+            *scalars = x.to_array();
+        }
         let rows = scalars.len();
         LltRef::new(&self.symbolic, &self.factor).solve_in_place_with_conj(
             Conj::No,
-            MatMut::from_column_major_slice_mut(&mut scalars, rows, 1),
+            MatMut::from_column_major_slice_mut(scalars, rows, 1),
             Par::Seq,
-            MemStack::new(&mut work),
+            MemStack::new(buffer),
         );
-        for (x, solved) in x.iter_mut().zip(scalars.chunks_exact(3)) {
-            *x = DVec3::from_slice(solved);
+        for (x, scalars) in x.iter_mut().zip(scalars.as_chunks::<3>().0) {
+            *x = DVec3::from_array(*scalars);
         }
     }
 

@@ -1,11 +1,12 @@
-//! Conjugate gradients with a block-diagonal preconditioner that also keeps constraints.
+//! Conjugate gradients with a preconditioner of one or two levels that also keeps constraints.
 //!
 //! Source: Baraff and Witkin 1998, section 5.3 (the modified method), in the form in which a
 //! constrained direction has no entry in the preconditioner: search directions never leave the
 //! space that the constraints allow, so that no separate filter is needed.
 
+use super::cholesky::Work;
 use super::team::{self, Member, Sums};
-use super::{CHUNK, PairMatrix};
+use super::{CHUNK, Coarse, Constraint, PairMatrix};
 use glam::{DMat3, DVec3};
 use std::sync::{Mutex, MutexGuard, PoisonError, RwLock};
 
@@ -58,8 +59,12 @@ pub struct Limits {
 pub struct System<'a> {
     /// A.
     pub matrix: &'a PairMatrix,
+    /// What is given of x.
+    pub constraints: &'a [Constraint],
     /// The inverse of A's diagonal block on free directions, nothing on constrained ones.
     pub inverse: &'a [DMat3],
+    /// The coarse level, if there is one.
+    pub coarse: Option<&'a Coarse>,
     /// The right hand side.
     pub b: &'a [DVec3],
 }
@@ -76,7 +81,8 @@ impl ConjugateGradient {
         }
     }
 
-    /// Solves A x = b from the guess in `x`, until √(rᵀ P r) ≤ `tolerance` · max(√(r₀ᵀ P r₀), `floor`).
+    /// Solves A x = b from the guess in `x`, until √(rᵀ P r) ≤ `tolerance` · max(√(r₀ᵀ P r₀), `floor`), P
+    /// being the first level of the preconditioner, so that a coarse one changes the way and not the end.
     ///
     /// Along constrained directions `x` keeps its guess. Runs on all threads of the pool it is
     /// called in; the result doesn't depend on their number.
@@ -97,6 +103,14 @@ impl ConjugateGradient {
             limits,
             lanes: x.chunks_mut(CHUNK).map(lane).collect(),
             directions: p.chunks_mut(CHUNK).map(RwLock::new).collect(),
+            restricted: (0..chunks)
+                .map(|chunk| {
+                    let patches = system
+                        .coarse
+                        .map_or(0, |coarse| coarse.of_chunk(chunk).len());
+                    RwLock::new(vec![DVec3::ZERO; patches])
+                })
+                .collect(),
             curvature: Sums::new(chunks),
             norm: Sums::new(chunks),
         };
@@ -119,10 +133,19 @@ struct Shared<'a> {
     lanes: Vec<Mutex<Lane<'a>>>,
     /// Search direction, by chunk: written by its own thread, read by all in another phase.
     directions: Vec<RwLock<&'a mut [DVec3]>>,
+    /// Sums of the residuals of each patch, by chunk.
+    restricted: Vec<RwLock<Vec<DVec3>>>,
     /// p · A p by chunk.
     curvature: Sums,
     /// r · P r by chunk.
     norm: Sums,
+}
+
+/// A thread's own copy of what is solved on the coarse level.
+struct Patches<'a> {
+    coarse: &'a Coarse,
+    motion: Vec<DVec3>,
+    work: Work,
 }
 
 type OwnLanes<'s, 'a> = Vec<(usize, MutexGuard<'s, Lane<'a>>)>;
@@ -142,7 +165,12 @@ impl<'a> Shared<'a> {
             .step_by(member.threads)
             .map(lock)
             .collect();
-        let mut norm = self.start(&mut own, member);
+        let mut patches = self.system.coarse.map(|coarse| Patches {
+            coarse,
+            motion: vec![DVec3::ZERO; coarse.count()],
+            work: coarse.cholesky.work(),
+        });
+        let [mut norm, mut descent] = self.start(&mut own, &mut patches, member);
         let reference = norm.max(self.limits.floor * self.limits.floor);
         let goal = self.limits.tolerance * self.limits.tolerance * reference;
         let mut iterations = 0;
@@ -151,9 +179,10 @@ impl<'a> Shared<'a> {
             if curvature <= 0.0 {
                 break; // rounding, or a matrix that is not positive definite: report what there is
             }
-            let previous = norm;
-            norm = self.descend(&mut own, norm / curvature, member);
-            self.turn(&own, norm / previous, member);
+            let previous = descent;
+            norm = self.descend(&mut own, descent / curvature, member);
+            descent = self.solve_coarse(&mut patches, norm);
+            self.turn(&own, &patches, descent / previous, member);
             iterations += 1;
         }
         let residual = if reference > 0.0 {
@@ -168,23 +197,31 @@ impl<'a> Shared<'a> {
         }
     }
 
-    /// r = b − A x, z = P r, p = z; returns r · z. The directions hold x at first.
-    fn start(&self, own: &mut OwnLanes<'_, 'a>, member: &Member<'_>) -> f64 {
+    /// r = b − A x, z = P r, p = z; returns r · P r and r · z. The directions hold x at first.
+    fn start(
+        &self,
+        own: &mut OwnLanes<'_, 'a>,
+        patches: &mut Option<Patches<'_>>,
+        member: &Member<'_>,
+    ) -> [f64; 2] {
         self.multiply(own, member);
         for (chunk, lane) in own.iter_mut() {
             let Lane { residual, z, q, .. } = &mut **lane;
             let first = *chunk * CHUNK;
-            let mut sum = 0.0;
+            let mut sums = DVec3::ZERO;
             for i in 0..q.len() {
                 residual[i] = self.system.b[first + i] - q[i];
                 z[i] = self.system.inverse[first + i] * residual[i];
-                sum += residual[i].dot(z[i]);
+                sums += residual[i] * z[i];
             }
-            self.norm.set(*chunk, sum);
+            self.norm.set(*chunk, sums.element_sum());
+            self.gather(*chunk, residual);
         }
         member.wait();
-        self.turn(own, 0.0, member);
-        self.norm.total()
+        let norm = self.norm.total();
+        let descent = self.solve_coarse(patches, norm);
+        self.turn(own, patches, 0.0, member);
+        [norm, descent]
     }
 
     /// q = A p; returns p · q.
@@ -202,15 +239,16 @@ impl<'a> Shared<'a> {
                 |row| parts[row / CHUNK][row % CHUNK],
                 lane.q,
             );
+            let products = p.iter().zip(&*lane.q).map(|(p, q)| *p * *q);
             self.curvature
-                .set(*chunk, p.iter().zip(&*lane.q).map(|(p, q)| p.dot(*q)).sum());
+                .set(*chunk, products.sum::<DVec3>().element_sum());
         }
         drop(parts);
         member.wait();
         self.curvature.total()
     }
 
-    /// x += α p, r −= α q, z = P r; returns r · z.
+    /// x += α p, r −= α q, z = P r; returns r · P r.
     fn descend(&self, own: &mut OwnLanes<'_, 'a>, alpha: f64, member: &Member<'_>) -> f64 {
         for (chunk, lane) in own.iter_mut() {
             let Lane { x, residual, z, q } = &mut **lane;
@@ -218,27 +256,83 @@ impl<'a> Shared<'a> {
                 .read()
                 .unwrap_or_else(PoisonError::into_inner);
             let inverse = &self.system.inverse[*chunk * CHUNK..][..q.len()];
-            let mut sum = 0.0;
+            // Three sums side by side: in one, each addition waits for the last.
+            let mut sums = DVec3::ZERO;
             for i in 0..q.len() {
                 x[i] += p[i] * alpha;
                 residual[i] -= q[i] * alpha;
                 z[i] = inverse[i] * residual[i];
-                sum += residual[i].dot(z[i]);
+                sums += residual[i] * z[i];
             }
-            self.norm.set(*chunk, sum);
+            self.norm.set(*chunk, sums.element_sum());
+            self.gather(*chunk, residual);
         }
         member.wait();
         self.norm.total()
     }
 
-    /// p = z + β p.
-    fn turn(&self, own: &OwnLanes<'_, 'a>, beta: f64, member: &Member<'_>) {
+    /// Sums up the residuals of each patch of a chunk, on the free directions.
+    fn gather(&self, chunk: usize, residual: &[DVec3]) {
+        let Some(coarse) = self.system.coarse else {
+            return;
+        };
+        let lock = self.restricted[chunk].write();
+        let mut sums = lock.unwrap_or_else(PoisonError::into_inner);
+        sums.fill(DVec3::ZERO);
+        let first = coarse.of_chunk(chunk).start;
+        for (k, r) in residual.iter().enumerate() {
+            let row = chunk * CHUNK + k;
+            sums[coarse.of_row(row) - first] += self.system.constraints[row].project(*r);
+        }
+    }
+
+    /// Finds the motions of the patches; returns r · z, z with them: `norm` and what the patches' residuals
+    /// and motions add. Every thread solves for itself: waiting for one that does would take as long.
+    fn solve_coarse(&self, patches: &mut Option<Patches<'_>>, norm: f64) -> f64 {
+        let Some(Patches {
+            coarse,
+            motion,
+            work,
+        }) = patches
+        else {
+            return norm;
+        };
+        let sums = || {
+            let locks = self.restricted.iter();
+            locks.map(|sums| sums.read().unwrap_or_else(PoisonError::into_inner))
+        };
+        for (chunk, sums) in sums().enumerate() {
+            motion[coarse.of_chunk(chunk)].copy_from_slice(&sums);
+        }
+        coarse.cholesky.solve_with(work, motion);
+        let mut descent = norm;
+        for (chunk, sums) in sums().enumerate() {
+            let motion = &motion[coarse.of_chunk(chunk)];
+            descent += sums.iter().zip(motion).map(|(r, c)| r.dot(*c)).sum::<f64>();
+        }
+        descent
+    }
+
+    /// p = z + β p, z with the motions of the patches.
+    fn turn(
+        &self,
+        own: &OwnLanes<'_, 'a>,
+        patches: &Option<Patches<'_>>,
+        beta: f64,
+        member: &Member<'_>,
+    ) {
         for (chunk, lane) in own {
             let mut p = self.directions[*chunk]
                 .write()
                 .unwrap_or_else(PoisonError::into_inner);
             for (p, &z) in p.iter_mut().zip(&*lane.z) {
                 *p = z + *p * beta;
+            }
+            if let Some(Patches { coarse, motion, .. }) = patches {
+                for (k, p) in p.iter_mut().enumerate() {
+                    let row = *chunk * CHUNK + k;
+                    *p += self.system.constraints[row].project(motion[coarse.of_row(row)]);
+                }
             }
         }
         member.wait();
@@ -285,6 +379,8 @@ mod tests {
             .iter_mut()
             .for_each(|block| *block = block.inverse());
         inverse[0] = DMat3::ZERO;
+        let mut constraints = vec![Constraint::Free; rows as usize];
+        constraints[0] = Constraint::Fixed;
         let b: Vec<DVec3> = (0..rows)
             .map(|i| DVec3::new(f64::from(i).cos(), 1.0, -0.3))
             .collect();
@@ -304,6 +400,8 @@ mod tests {
             let mut solver = ConjugateGradient::new(rows as usize);
             let system = System {
                 matrix: &matrix,
+                constraints: &constraints,
+                coarse: None,
                 inverse: &inverse,
                 b: &b,
             };

@@ -6,7 +6,9 @@
 
 mod cholesky;
 mod chunks;
+mod coarse;
 mod conjugate_gradient;
+mod constraint;
 mod lanczos;
 mod pair_matrix;
 mod pairs;
@@ -15,7 +17,9 @@ pub(crate) mod team;
 
 pub use cholesky::{Cholesky, NotPositiveDefinite};
 pub use chunks::Chunks;
+pub use coarse::Coarse;
 pub use conjugate_gradient::{ConjugateGradient, Limits, Solve, System};
+pub use constraint::Constraint;
 pub use lanczos::largest_eigenvalues;
 pub use pair_matrix::{Assembly, LineBlock, PairMatrix, Pattern, Slot, outer};
 pub use scalar_cholesky::ScalarCholesky;
