@@ -90,7 +90,9 @@ fn cause_of(cause: &Cause) -> Value {
         Cause::LightParticle { particle, share } => {
             json!({ "name": name, "particle": particle, "times_median": share })
         }
-        Cause::LongStep { times } => json!({ "name": name, "times_limit": times }),
+        Cause::LongStep { times } | Cause::Drag { times } => {
+            json!({ "name": name, "times_limit": times })
+        }
         Cause::NoDamping | Cause::Unknown => json!({ "name": name }),
     }
 }

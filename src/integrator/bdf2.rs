@@ -68,8 +68,13 @@ impl Scheme for Bdf2 {
             previous,
             left,
         } = &mut self.history;
-        // The first step has no history: then ρ = 0 is implicit Euler.
-        let ratio = if *last > 0.0 { dt / *last } else { 0.0 };
+        // Without history ρ = 0 is implicit Euler. So begins the first step, and one that follows much
+        // shorter ones, after a step in parts: the formula is unstable for ρ > 1 + √2.
+        let ratio = if *last > 0.0 && dt <= 2.1 * *last {
+            dt / *last
+        } else {
+            0.0
+        };
         let (a, b) = (
             (1.0 + ratio).powi(2) / (1.0 + 2.0 * ratio),
             ratio * ratio / (1.0 + 2.0 * ratio),

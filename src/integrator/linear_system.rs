@@ -161,7 +161,7 @@ impl LinearSystem {
             }
             LinearSolverName::Cholesky => {
                 if self.direct().is_some() {
-                    self.factor_and_solve(b, v)
+                    self.factor_and_solve(b, v, limits(MAX_ITERATIONS))
                 } else {
                     self.iterate(b, v, limits(MAX_ITERATIONS), false)
                 }
@@ -171,7 +171,8 @@ impl LinearSystem {
     }
 
     /// Conjugate gradients, with a coarse level when they take long, for as long as a factorisation would
-    /// take; then the factorisation, for a while. Counts decide, not clocks: the same scene takes the same way on every machine.
+    /// take; then the factorisation, for a while. Counts decide, not clocks: the same scene takes the same
+    /// way on every machine.
     fn solve_by_the_cheaper(
         &mut self,
         b: &[DVec3],
@@ -180,7 +181,7 @@ impl LinearSystem {
     ) -> Solve {
         if self.direct_solves > 0 {
             self.direct_solves -= 1;
-            return self.factor_and_solve(b, v);
+            return self.factor_and_solve(b, v, limits(MAX_ITERATIONS));
         }
         let coarse = self.coarse_solves > 0;
         self.coarse_solves = self.coarse_solves.saturating_sub(1);
@@ -207,7 +208,7 @@ impl LinearSystem {
         };
         if !second.converged && self.direct.is_some() {
             self.direct_solves = DEARER_SOLVES;
-            solve = self.factor_and_solve(b, v);
+            solve = self.factor_and_solve(b, v, limits(MAX_ITERATIONS));
             solve.iterations += iterations;
         }
         solve
@@ -244,22 +245,19 @@ impl LinearSystem {
 
     /// Solves for the part of v along free directions: with v = v̄ + P u, v̄ what is prescribed and P the
     /// projection on the free directions, (P A P + 1 − P) u = P (b − A v̄).
-    fn factor_and_solve(&mut self, b: &[DVec3], v: &mut [DVec3]) -> Solve {
-        let failed = Solve {
-            iterations: 0,
-            residual: 1.0,
-            converged: false,
-        };
+    fn factor_and_solve(&mut self, b: &[DVec3], v: &mut [DVec3], limits: Limits) -> Solve {
         self.matrix.multiply(v, &mut self.product);
         let Some(direct) = &mut self.direct else {
-            return failed;
+            return self.iterate(b, v, limits, true);
         };
         for (i, constraint) in self.constraints.iter().enumerate() {
             direct.unknown[i] = constraint.project(b[i] - self.product[i]);
         }
         let factored = direct.factor(&self.matrix, &self.diagonal, &self.constraints);
         if factored.is_err() {
-            return failed;
+            // Not positive definite to rounding: what conjugate gradients make of it is better than nothing.
+            self.direct_solves = 0;
+            return self.iterate(b, v, limits, true);
         }
         direct.cholesky.solve(&mut direct.unknown);
         for (v, (u, constraint)) in v

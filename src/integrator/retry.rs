@@ -1,7 +1,7 @@
 //! Implicit steps that fail are tried again in halves.
 
 use super::Scheme;
-use crate::collision::{Contacts, Grip};
+use crate::collision::Contacts;
 use crate::linear::Solve;
 use crate::model::Model;
 use crate::state::State;
@@ -14,15 +14,16 @@ const MAX_HALVINGS: u32 = 4;
 pub(super) struct Retry<S> {
     scheme: S,
     start: State,
-    grips: Vec<Grip>,
+    contacts: Contacts,
 }
 
 impl<S: Scheme> Retry<S> {
     pub(super) fn new(model: &Model, scheme: S) -> Self {
+        let particles = model.particles();
         Self {
             scheme,
-            start: State::at_rest(vec![glam::DVec3::ZERO; model.particles()]),
-            grips: vec![Grip::default(); model.particles()],
+            start: State::at_rest(vec![glam::DVec3::ZERO; particles]),
+            contacts: Contacts::none(particles),
         }
     }
 }
@@ -37,58 +38,83 @@ impl<S: Scheme> Scheme for Retry<S> {
         dt: f64,
         state: &mut State,
     ) -> Solve {
-        let Self {
-            scheme,
-            start,
-            grips,
-        } = self;
-        start.copy_from(state);
-        grips.copy_from_slice(&contacts.grips);
-        scheme.remember();
+        self.start.copy_from(state);
+        self.contacts.clone_from(contacts);
+        self.scheme.remember();
         let mut iterations = 0;
         for halvings in 0..=MAX_HALVINGS {
-            let parts = 1 << halvings;
-            let mut solve = in_parts(scheme, model, contacts, dt, parts, state);
-            iterations += solve.iterations;
-            let last = halvings == MAX_HALVINGS;
-            if last || solve.converged && state.first_non_finite().is_none() {
-                solve.iterations = iterations;
-                return solve;
+            if halvings > 0 {
+                state.copy_from(&self.start);
+                contacts.clone_from(&self.contacts);
+                self.scheme.recall();
             }
-            state.copy_from(start);
-            contacts.grips.copy_from_slice(grips);
-            scheme.recall();
+            let last = halvings == MAX_HALVINGS;
+            let parts = Parts {
+                count: 1 << halvings,
+                to_the_end: last,
+            };
+            let solve = parts.advance(&mut self.scheme, model, contacts, dt, state);
+            iterations += solve.iterations;
+            if last || solve.converged {
+                return Solve {
+                    iterations,
+                    ..solve
+                };
+            }
         }
-        Solve::default() // the last attempt has returned
+        Solve::NONE // not reached: the last attempt returns
     }
 }
 
-/// Some steps that together last `dt` (s), or those up to the first that fails.
-fn in_parts(
-    scheme: &mut impl Scheme,
-    model: &Model,
-    contacts: &mut Contacts,
-    dt: f64,
-    parts: u32,
-    state: &mut State,
-) -> Solve {
-    let mut all = Solve {
-        converged: true,
-        ..Solve::default()
-    };
-    let (start, part) = (state.time, dt / f64::from(parts));
-    for k in 0..parts {
-        let solve = scheme.advance(model, contacts, part, state);
-        all.iterations += solve.iterations;
-        all.residual = all.residual.max(solve.residual);
-        all.converged &= solve.converged;
-        state.time = start + f64::from(k + 1) * part;
-        model.drive(state);
+/// A step in equal parts.
+#[derive(Clone, Copy)]
+struct Parts {
+    count: u32,
+    /// Whether to go on after a part that failed.
+    to_the_end: bool,
+}
+
+impl Parts {
+    /// Steps that together last `dt` (s), or those up to the first that fails.
+    fn advance(
+        self,
+        scheme: &mut impl Scheme,
+        model: &Model,
+        contacts: &mut Contacts,
+        dt: f64,
+        state: &mut State,
+    ) -> Solve {
+        let (start, count) = (state.time, f64::from(self.count));
+        let part = dt / count;
+        // Grips hold the impulses of a whole step.
+        scale_grips(contacts, 1.0 / count);
+        let mut all = Solve::NONE;
+        for k in 0..self.count {
+            let solve = scheme.advance(model, contacts, part, state);
+            all.iterations += solve.iterations;
+            all.residual = all.residual.max(solve.residual);
+            all.converged &= solve.converged && state.first_non_finite().is_none();
+            if !all.converged && !self.to_the_end {
+                return all;
+            }
+            state.time = start + f64::from(k + 1) * part;
+            model.drive(state);
+            // The first part has closed the gaps, which are measured again after the step.
+            for contact in &mut contacts.list {
+                contact.gap = contact.gap.min(0.0);
+            }
+        }
+        scale_grips(contacts, count);
+        all
     }
-    // Grips hold the impulses of a whole step.
+}
+
+fn scale_grips(contacts: &mut Contacts, factor: f64) {
+    if factor == 1.0 {
+        return;
+    }
     for grip in &mut contacts.grips {
-        grip.pressure *= f64::from(parts);
-        grip.drag *= f64::from(parts);
+        grip.pressure *= factor;
+        grip.drag *= factor;
     }
-    all
 }

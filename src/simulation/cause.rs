@@ -26,6 +26,11 @@ pub enum Cause {
         /// The step over the limit.
         times: f64,
     },
+    /// No spring or hinge, but drag on all motion.
+    Drag {
+        /// The step over the limit.
+        times: f64,
+    },
     /// The scheme is stable at no step for want of damping.
     NoDamping,
     /// The step is within the limit, or none binds the scheme.
@@ -48,7 +53,7 @@ impl Cause {
         }
         let times = dt / limit.dt;
         let Some(element) = limit.element else {
-            return Self::LongStep { times };
+            return Self::Drag { times };
         };
         let cloths = model.cloths.iter();
         let home = |&i: &u32| {
@@ -84,6 +89,7 @@ impl Cause {
             Self::StiffElement { .. } => "stiffness",
             Self::LightParticle { .. } => "mass",
             Self::LongStep { .. } => "step",
+            Self::Drag { .. } => "drag",
             Self::NoDamping => "no_damping",
             Self::Unknown => "unknown",
         }
@@ -99,6 +105,9 @@ impl Cause {
                 "its particle {particle} has {share:.1e} times the median mass"
             )),
             Self::LongStep { times } => Some(format!("the step is {times:.2} times too long")),
+            Self::Drag { times } => Some(format!(
+                "drag on all motion sets it, and the step is {times:.2} times too long"
+            )),
             Self::NoDamping | Self::Unknown => None,
         }
     }
@@ -113,6 +122,7 @@ impl Cause {
                 let softer = times * times / (0.9 * 0.9);
                 format!(", or {softer:.1} times less stiffness by mass")
             }
+            Self::Drag { times } => format!(", or {times:.2} times less damping.mass"),
             Self::NoDamping | Self::Unknown => String::new(),
         }
     }

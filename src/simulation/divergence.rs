@@ -6,6 +6,7 @@ use super::survey::Survey;
 use super::{Simulation, Stage, forecast};
 use crate::force::{Force as _, Spring};
 use crate::integrator::Integrator;
+use crate::linear::Solve;
 use crate::model::Model;
 use crate::state::State;
 use std::fmt;
@@ -40,7 +41,8 @@ pub struct Account {
     pub scheme: &'static str,
     /// Whether that is explicit, so that the limit binds it.
     pub explicit: bool,
-    /// Name of the scheme that the limit is of: the run's own, or symplectic Euler for an implicit run.
+    /// Name of the scheme that the limit is of: the run's own, or symplectic Euler for a run that isn't
+    /// explicit.
     pub limited: &'static str,
     /// The element that sets the limit.
     pub limiting: Option<Part>,
@@ -61,6 +63,8 @@ pub enum Sign {
     Lost,
     /// Kinetic and elastic energy have grown to this many times what work explains.
     Grown(f64),
+    /// The scheme that chooses its own steps found none that goes on.
+    Unsolved,
 }
 
 impl Sign {
@@ -71,6 +75,7 @@ impl Sign {
             Self::Stretched => "stretched",
             Self::Lost => "lost",
             Self::Grown(_) => "energy",
+            Self::Unsolved => "unsolved",
         }
     }
 }
@@ -103,7 +108,15 @@ impl Diverged {
             return "no step is stable: use --integrator symplectic-euler or implicit-euler"
                 .to_owned();
         }
+        if self.account.scheme == "dopri5" {
+            return "use --integrator implicit-euler, or another solver.tolerance: a smaller one where cloth is torn, a larger one where steps are too short"
+                .to_owned();
+        }
         match self.suggested_dt() {
+            // The limit of explicit Euler isn't that of ω alone.
+            Some(dt) if self.account.scheme == "euler" => {
+                format!("use --dt {dt:.1e} or less, or --integrator symplectic-euler or implicit-euler")
+            }
             Some(dt) => format!(
                 "use --dt {dt:.1e} or less, or --integrator implicit-euler{}",
                 cause.material_remedy()
@@ -129,6 +142,7 @@ impl fmt::Display for Diverged {
                 f,
                 "is fastest, and the cloths have {times:.1e} times the energy that work explains"
             )?,
+            Sign::Unsolved => write!(f, "is fastest, and no step is short enough")?,
         }
         if self.stage != Stage::Integrate {
             write!(f, " after {}", self.stage.name())?;
@@ -168,6 +182,15 @@ impl Simulation {
             stage
         };
         Err(self.diverged(sign, stage))
+    }
+
+    /// A scheme that chooses its own steps must have come to the end of this one.
+    pub(super) fn check_solved(&mut self, solve: Solve) -> Result<(), Diverged> {
+        let chooses = matches!(self.integrator, Integrator::Dopri5 { .. });
+        if chooses && !solve.converged {
+            return Err(self.diverged(Sign::Unsolved, Stage::Integrate));
+        }
+        Ok(())
     }
 
     /// Looks at strains before limiting, which would hide a senseless one. It counts when energy comes with
@@ -259,7 +282,7 @@ impl Simulation {
         let found = match sign {
             Sign::NotFinite => self.state.first_non_finite(),
             Sign::Lost => largest(&distance),
-            Sign::Grown(_) => largest(&energy),
+            Sign::Grown(_) | Sign::Unsolved => largest(&energy),
             Sign::Stretched => worst.and_then(|spring| {
                 let ends = spring.ends.into_iter().map(|end| end as usize);
                 let speed = |i: &usize| self.state.velocities[*i].length_squared();
@@ -275,6 +298,7 @@ impl Simulation {
         let particle = self.conspicuous(sign, worst.map(|(_, spring, _)| spring));
         let (step, time) = (self.stats.steps, self.state.time);
         self.state.copy_from(&self.before);
+        self.ledger.clone_from(&self.booked);
         self.stats.steps -= 1;
         self.contacts.list.clear(); // they belong to the failed step
         let place = |particle: usize| self.model.place(particle);

@@ -41,9 +41,13 @@ pub struct Simulation {
     integrator: Integrator,
     scheme: Box<dyn Scheme>,
     dt: f64,
+    /// Time of the first state (s).
+    start: f64,
     contacts: Contacts,
     detection: Detection,
     ledger: Ledger,
+    /// The ledger before the current step.
+    booked: Ledger,
     /// What measures the work of moving pins; none without them.
     pin_work: Option<PinWork>,
     budget: Budget,
@@ -92,6 +96,7 @@ impl Simulation {
             contacts: Contacts::none(particles),
             detection: Detection::new(&model.obstacles, model.cloth_particles()),
             sensible_strain: divergence::sensible_strain(&model, &state),
+            booked: Ledger::open(&model, &state),
             ledger: Ledger::open(&model, &state),
             pin_work: PinWork::new(&model),
             budget: Budget::open(&model, &state, dt),
@@ -100,6 +105,7 @@ impl Simulation {
             walls: vec![Wall::default(); limited],
             integrator,
             dt,
+            start: state.time,
             model,
             state,
         }
@@ -117,10 +123,12 @@ impl Simulation {
 
     fn step_awake(&mut self) -> Result<StepStats, Diverged> {
         self.before.copy_from(&self.state);
+        self.booked.clone_from(&self.ledger);
         self.release_pins();
         let solve = self.integrate();
         let mut survey = self.survey();
         self.check_finite(&survey, Stage::Integrate)?;
+        self.check_solved(solve)?;
         let work = self.work_of_pins();
         self.check_strain(&survey)?;
         self.book_damping_and_pins(work);
@@ -143,7 +151,7 @@ impl Simulation {
     /// n dt, not a sum of dt: after a million steps a sum is off by 1e-10 s.
     #[expect(clippy::cast_precision_loss, reason = "steps stay far below 2⁵³")]
     fn next_time(&self) -> f64 {
-        (self.stats.steps + 1) as f64 * self.dt
+        self.start + (self.stats.steps + 1) as f64 * self.dt
     }
 
     /// Lets go the pins whose time has come. The energy of clamps that go slack leaves with them.
@@ -153,6 +161,7 @@ impl Simulation {
             model,
             state,
             ledger,
+            budget,
             ..
         } = self;
         let before = model
@@ -160,7 +169,9 @@ impl Simulation {
             .then(|| potential(model, state));
         model.begin_step(state.time, end);
         if let Some(before) = before {
-            ledger.book_pins(potential(model, state) - before);
+            let added = potential(model, state) - before;
+            ledger.book_pins(added);
+            budget.grant(added);
         }
     }
 

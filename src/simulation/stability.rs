@@ -108,10 +108,7 @@ impl Forecast {
 
     /// The largest stable step of a scheme, and what sets it.
     pub fn limit(&self, scheme: Integrator) -> Limit {
-        let each = self.modes.iter().map(|mode| Limit {
-            dt: mode.stable_dt(scheme),
-            element: mode.element,
-        });
+        let each = self.modes.iter().map(|mode| mode.limit(scheme));
         let none = Limit {
             dt: f64::INFINITY,
             element: None,
@@ -141,11 +138,16 @@ impl Forecast {
 
 impl Mode {
     /// The largest stable step of a scheme for this mode, for motion across taut springs, and for
-    /// motion as a whole, which drag alone may slow faster than the mode (s).
-    fn stable_dt(&self, scheme: Integrator) -> f64 {
+    /// motion as a whole, which drag alone may slow faster than the mode. Only in the first case is an
+    /// element behind it.
+    fn limit(&self, scheme: Integrator) -> Limit {
         let fastest = stable_dt(scheme, self.omega, self.damping);
         let across = stable_dt(scheme, self.across, self.drag);
-        fastest.min(across).min(stable_dt(scheme, 0.0, self.drag))
+        let others = across.min(stable_dt(scheme, 0.0, self.drag));
+        Limit {
+            dt: fastest.min(others),
+            element: self.element.filter(|_| fastest <= others),
+        }
     }
 }
 
