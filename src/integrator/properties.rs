@@ -76,15 +76,15 @@ impl Integrator {
     /// or not to a tolerance.
     pub fn tolerance_key(self) -> Option<&'static str> {
         match self {
+            Self::Euler | Self::SymplecticEuler | Self::Verlet | Self::Rk4 | Self::Xpbd { .. } => {
+                None
+            }
             Self::Dopri5 { .. } => Some("tolerance"),
             Self::ImplicitEuler(_) => Some("linear_tolerance"),
             Self::Newton(_)
             | Self::ImplicitMidpoint(_)
             | Self::Bdf2(_)
             | Self::Projective { .. } => Some("residual"),
-            Self::Euler | Self::SymplecticEuler | Self::Verlet | Self::Rk4 | Self::Xpbd { .. } => {
-                None
-            }
         }
     }
 
