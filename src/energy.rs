@@ -16,7 +16,7 @@ pub struct Energies {
     pub kinetic: f64,
     /// −Σ m g · x, zero at the origin.
     pub gravitational: f64,
-    /// ½ Σ k (ℓ − ℓ₀)² by spring family.
+    /// ½ Σ k (ℓ − ℓ₀)² of the springs by family, and what the hinges hold by law.
     pub elastic: Vec<(&'static str, f64)>,
 }
 

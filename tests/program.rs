@@ -743,7 +743,10 @@ fn check_knows_the_stable_step() {
         "symplectic-euler: stable up to dt = 1.3",
         "chosen: implicit-euler with dt = 0.004 s",
         "for 4 s simulated",
-        "stiffness ratio dt² k/m: at most ",
+        "dopri5: chooses stable steps itself",
+        "implicit-euler, newton, bdf2, xpbd, projective: stable at any dt",
+        "implicit-midpoint: stable at any dt for small motion",
+        "stiffness ratio dt² k (1/mᵢ + 1/mⱼ): at most ",
         "xpbd with 1 sweep(s)",
         "its own damping: ",
     ] {
@@ -757,6 +760,69 @@ fn check_knows_the_stable_step() {
         "{out}"
     );
     assert_eq!(contents(&folder).len(), 0, "check writes nothing");
+}
+
+/// `solver.iterations` is said to be XPBD's sweeps only where they are.
+#[test]
+fn check_counts_the_sweeps_of_xpbd_alone() {
+    let folder = folder("sweeps");
+    write(&folder, "scene.toml", SMALL);
+    for (scheme, sweeps) in [("newton", 1), ("xpbd", 7)] {
+        let args = format!("check scene.toml --integrator {scheme} --set solver.iterations=7");
+        let out = muslin_succeeds(&folder, &args).out;
+        let words = format!("xpbd with {sweeps} sweep(s)");
+        assert!(out.contains(&words), "{scheme}: no {words:?} in {out}");
+    }
+}
+
+/// The head of a run says of each scheme what there is to say of its steps.
+#[test]
+fn a_run_begins_with_what_matters_to_its_scheme() {
+    let folder = folder("heads");
+    write(&folder, "scene.toml", SMALL);
+    for (scheme, words) in [
+        ("verlet", "head-room: dt is "),
+        ("dopri5", "its steps are chosen by solver.tolerance"),
+        ("bdf2", "conjugate gradients at this dt: some "),
+        ("xpbd", "xpbd with 1 sweep(s) at this dt: "),
+        (
+            "projective",
+            "stiffness ratio dt² k (1/mᵢ + 1/mⱼ): at most ",
+        ),
+    ] {
+        let args = format!("scene.toml --no-save --dt 0.001 --integrator {scheme}");
+        let err = muslin_succeeds(&folder, &args).err;
+        assert!(err.contains(words), "{scheme}: no {words:?} in {err}");
+    }
+    let held = changed(SMALL, "edge = \"left\"", "box = [[-9, -9, -9], [9, 9, 9]]");
+    write(&folder, "held.toml", &held);
+    let args = "held.toml --no-save --integrator verlet";
+    let err = muslin_succeeds(&folder, args).err;
+    assert!(err.contains("nothing swings, any step is stable"), "{err}");
+}
+
+/// Steps that end before they are solved are counted, with the key that says when they are.
+#[test]
+fn unsolved_steps_are_warned_of_with_their_own_key() {
+    let folder = folder("unsolved");
+    write(&folder, "scene.toml", SMALL);
+    let few = "use a smaller --dt, more solver.iterations, or a larger solver.residual";
+    let short = "use a smaller --dt or a larger solver.tolerance";
+    let strict = "--set solver.residual=1e-12 --set solver.iterations=1";
+    for (scheme, settings, words) in [
+        ("newton", strict, few),
+        ("implicit-midpoint", strict, few),
+        ("bdf2", strict, few),
+        ("projective", strict, few),
+        ("dopri5", "--set solver.tolerance=1e-300", short),
+    ] {
+        let args = format!("scene.toml --no-save --dt 0.01 --integrator {scheme} {settings}");
+        let out = muslin_succeeds(&folder, &args).out;
+        let words = format!("WARNING: 5 of 5 steps were not solved to their tolerance; {words}");
+        assert!(out.contains(&words), "{scheme}: no {words:?} in {out}");
+    }
+    let out = muslin_succeeds(&folder, "scene.toml --no-save").out;
+    assert!(!out.contains("WARNING"), "{out}");
 }
 
 /// The mannequin in the repository is the one that the program makes.

@@ -2,6 +2,7 @@
 
 use crate::energy::Energies;
 use crate::frame::mean_strain;
+use crate::integrator::Integrator;
 use crate::pipeline::{Finished, ms_per_frame};
 use crate::simulation::{Account, Cause, Diverged, Part, Stage};
 use serde_json::{Map, Value, json};
@@ -151,21 +152,27 @@ fn energy(finished: &Finished) -> Value {
 }
 
 /// What a reader of the summary must not miss.
-fn warnings(report: &Value) -> String {
+fn warnings(report: &Value, scheme: Integrator) -> String {
     let unsolved = report
         .pointer("/solver/unconverged_solves")
         .and_then(Value::as_u64)
         .unwrap_or(0);
-    if unsolved == 0 {
+    let Some(key) = scheme.tolerance_key().filter(|_| unsolved > 0) else {
         return String::new();
-    }
+    };
+    let more = if scheme.has_most_iterations() {
+        ", more solver.iterations,"
+    } else {
+        ""
+    };
     format!(
-        "\nWARNING: {unsolved} linear solves ended before their tolerance; use a smaller --dt or a larger solver.linear_tolerance"
+        "\nWARNING: {unsolved} of {} steps were not solved to their tolerance; use a smaller --dt{more} or a larger solver.{key}",
+        report["steps"]
     )
 }
 
 /// A few lines for people.
-pub(super) fn summary(report: &Value) -> String {
+pub(super) fn summary(report: &Value, scheme: Integrator) -> String {
     let number = |path: &str| {
         report
             .pointer(path)
@@ -184,6 +191,6 @@ pub(super) fn summary(report: &Value) -> String {
         1000.0 * number("/contact/max_depth_ever_m"),
         number("/energy/kinetic"),
         number("/peak_kinetic_j"),
-        warnings(report),
+        warnings(report, scheme),
     )
 }

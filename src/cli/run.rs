@@ -213,7 +213,8 @@ fn conclude(
         serde_json::to_writer_pretty(file, &report).map_err(Failure::run)?;
     }
     if !args.quiet {
-        println!("{}", report::summary(&report));
+        let scheme = finished.simulation.integrator();
+        println!("{}", report::summary(&report, scheme));
         if finished.recorded.dropped_live_frames > 0 {
             println!(
                 "{} live frames dropped; the file has them all",

@@ -35,7 +35,7 @@ impl Contact {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Grip {
     /// Impulse of the obstacle along its normal (N·s); 0 when the particle is free. Of one step with
-    /// an implicit scheme; the explicit ones don't read it.
+    /// an implicit scheme; the others don't read it.
     pub pressure: f64,
     /// Friction impulse of one step while the particle slides (N·s).
     pub drag: DVec3,

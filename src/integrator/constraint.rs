@@ -79,8 +79,8 @@ pub(super) fn update_grips(
 
 /// Reads from the impulse that a constraint supplied how the contact goes on.
 ///
-/// A contact that would have to pull lets go. Friction holds while |tangential impulse| ≤ μ pressure, and otherwise
-/// drags with μ pressure against the motion that the pull, or the velocity, asks for.
+/// A contact that would have to pull lets go. Friction holds while |tangential impulse| ≤ μ pressure, and
+/// otherwise drags with μ pressure against the motion that the pull, or the velocity, asks for.
 fn regrip(contact: &Contact, grip: Grip, impulse: DVec3, velocity: DVec3) -> Grip {
     let pressure = impulse.dot(contact.normal);
     if pressure <= 0.0 {

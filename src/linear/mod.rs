@@ -1,5 +1,6 @@
-//! Linear algebra of the implicit schemes: the matrix of pairwise forces, preconditioned conjugate
-//! gradients, and a sparse Cholesky factorisation.
+//! Linear algebra: the matrix of pairwise forces, conjugate gradients with one or two levels, constraints
+//! on single particles, sparse Cholesky factorisations of scalars and of 3 × 3 blocks, the largest
+//! eigenvalues, and threads that work in step.
 //!
 //! Loops run over fixed chunks of rows, and sums are taken over the chunks in order, so that the
 //! result has the same bits for any number of threads.

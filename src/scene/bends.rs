@@ -214,7 +214,7 @@ fn inner_hinge(placed: &Placed<'_>, rigidity: &Rigidity, corners: [u32; 4]) -> H
     }
 }
 
-/// Where a cloth doesn't bend, no pin of its can clamp.
+/// Where a cloth doesn't bend, no pin can clamp it.
 fn no_clamps(clamped: &[Clamping]) -> Result<(), Fault> {
     match clamped.first() {
         None => Ok(()),

@@ -64,11 +64,16 @@ pub fn model_list(scene: &Scene, model: &Model) -> String {
 /// How a pin moves, and when it lets go; nothing of one that holds still for ever.
 fn pin(text: &mut String, i: usize, pin: &Pin) {
     let mut what = Vec::new();
-    if let Some([.., last]) = pin.motion.as_ref().map(|motion| &motion.keyframes[..]) {
-        what.push(format!("moves until {} s", last.t));
-    }
-    if let Some(release) = pin.release {
-        what.push(format!("is released at {release} s"));
+    let motion = pin.motion.as_ref().map(|motion| &motion.keyframes[..]);
+    let end = motion.and_then(<[_]>::last).map(|key| key.t);
+    match (end, pin.release) {
+        (Some(end), Some(release)) if release <= end => {
+            what.push(format!("moves until it is released at {release} s"));
+        }
+        _ => {
+            what.extend(end.map(|t| format!("moves until {t} s")));
+            what.extend(pin.release.map(|t| format!("is released at {t} s")));
+        }
     }
     if !what.is_empty() {
         let _ = writeln!(text, "- pin {i} of {}: {}", pin.cloth, what.join(", "));

@@ -325,12 +325,14 @@ pub struct Solver {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum LinearSolverName {
-    /// By the one that is expected to take less time, from the mesh and its stiffness.
+    /// By conjugate gradients, with a coarse level where they take long, or a factorisation where that
+    /// takes less.
     #[default]
     Auto,
     /// By conjugate gradients, to `linear_tolerance`.
     ConjugateGradient,
-    /// By a sparse Cholesky factorisation, to rounding.
+    /// By a sparse Cholesky factorisation, to rounding; by conjugate gradients where the factor is too
+    /// large.
     Cholesky,
 }
 

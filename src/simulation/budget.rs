@@ -35,7 +35,7 @@ const FACTOR: f64 = 10.0;
 const SMALL_STRAIN: f64 = 0.01;
 
 /// Largest factor by which the energy may exceed its budget in steps of `share` times the stable
-/// one, infinite for share ≥ 1.
+/// one; beyond that, where nothing is kept that bounds the swing, [`FACTOR`].
 ///
 /// Symplectic Euler keeps ½v² + ½ω²x² − ½ dt ω² x v, whose level sets are ellipses on which the true
 /// energy varies by (1 + s)/(1 − s), s = dt ω/2; Verlet's by 1/(1 − s²). Twice that for what else

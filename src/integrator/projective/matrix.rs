@@ -8,9 +8,10 @@ use glam::DVec3;
 /// M + dt C + dt² K for each coordinate alike, factorised: stands for the second derivative of a step's
 /// energy by the velocity.
 ///
-/// Every law adds the Laplacian of a weighted graph. A spring has [`SHARE`] of its k. A hinge has k w wᵀ, w the gradient of its
-/// angle across the cloth at rest laid flat: exact for small bending, where it is the quadratic
-/// bending of Bergou et al. 2006; as Σ w = 0 this is the Laplacian with −k wᵢ wⱼ between its corners.
+/// Every law adds the Laplacian of a weighted graph. A spring has [`SHARE`] of its k. A hinge has
+/// k w wᵀ, w the gradient of its angle across the cloth at rest laid flat: exact for small bending,
+/// where it is the quadratic bending of Bergou et al. 2006; as Σ w = 0 this is the Laplacian with
+/// −k wᵢ wⱼ between its corners.
 /// Dampings have τ k in place of k, and drag is like mass.
 #[derive(Debug)]
 pub(super) struct Matrix {
