@@ -473,7 +473,7 @@ fn frames_and_lists_follow_the_pins() {
     let (mut capture, header) = Capture::new(&loaded, &run);
     let list = &header.model_list;
     assert!(
-        list.contains("- pin 0 of sheet: moves until 0.4 s, is released at 0.02 s\n"),
+        list.contains("- pin 0 of sheet: moves until it is released at 0.02 s\n"),
         "{list}"
     );
     assert!(!list.contains("pin 1"), "{list}");

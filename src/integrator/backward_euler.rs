@@ -7,7 +7,7 @@
 //!
 //! Newton's method with definite Jacobians (each element's without its negative part) minimises
 //!
-//! Φ(v) = ½ |v − v̄|²_M + U(x̄ + γ v) + ½ γ vᵀ D v,   ∂Φ/∂v = M (v − v̄) − γ (f + d),
+//! Φ(v) = ½ (v − v̄) · M (v − v̄) + U(x̄ + γ v) + ½ γ vᵀ D v,   ∂Φ/∂v = M (v − v̄) − γ (f + d),
 //!
 //! with D as it is at the present iterate, which is the true one when the iteration ends. A step is
 //! taken as it is when it halves what is left; otherwise Φ has to fall (Armijo).

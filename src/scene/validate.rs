@@ -3,7 +3,7 @@
 use super::fault::Fault;
 use super::schema::{
     BendingName, BlockShape, ChainShape, Cloth, ObjShape, Obstacle, ObstacleShape, Pin, Scene,
-    Shape, SheetShape, SpringKind,
+    Shape, SheetShape, Solver, SpringKind,
 };
 use super::step::Step;
 
@@ -18,25 +18,7 @@ pub(super) fn check(scene: &Scene) -> Result<(), Fault> {
     }
     positive("duration", scene.duration)?;
     finite("gravity", &scene.gravity)?;
-    if let Step::Seconds(dt) = scene.solver.dt {
-        positive("solver.dt", dt)?;
-    }
-    positive("solver.linear_tolerance", scene.solver.linear_tolerance)?;
-    positive("solver.residual", scene.solver.residual)?;
-    positive("solver.tolerance", scene.solver.tolerance)?;
-    for (key, value) in [
-        ("solver.linear_tolerance", scene.solver.linear_tolerance),
-        ("solver.residual", scene.solver.residual),
-    ] {
-        if value >= 1.0 {
-            let cause = "must be below 1: at 1 nothing is solved; 1e-3 is coarse, 1e-6 fine";
-            return Err(Fault::new(key, cause));
-        }
-    }
-    if scene.solver.iterations == Some(0) {
-        let cause = "must be at least 1: without an iteration nothing holds the cloth together";
-        return Err(Fault::new("solver.iterations", cause));
-    }
+    check_solver(&scene.solver)?;
     positive("record.fps", scene.record.fps)?;
     positive("record.strain_range", scene.record.strain_range)?;
     positive("record.checkpoint", scene.record.checkpoint)?;
@@ -77,6 +59,29 @@ pub(super) fn check(scene: &Scene) -> Result<(), Fault> {
             &obstacle.name,
             scene.obstacle[..i].iter().map(|other| &other.name),
         )?;
+    }
+    Ok(())
+}
+
+fn check_solver(solver: &Solver) -> Result<(), Fault> {
+    if let Step::Seconds(dt) = solver.dt {
+        positive("solver.dt", dt)?;
+    }
+    positive("solver.linear_tolerance", solver.linear_tolerance)?;
+    positive("solver.residual", solver.residual)?;
+    positive("solver.tolerance", solver.tolerance)?;
+    for (key, value) in [
+        ("solver.linear_tolerance", solver.linear_tolerance),
+        ("solver.residual", solver.residual),
+    ] {
+        if value >= 1.0 {
+            let cause = "must be below 1: at 1 nothing is solved; 1e-3 is coarse, 1e-6 fine";
+            return Err(Fault::new(key, cause));
+        }
+    }
+    if solver.iterations == Some(0) {
+        let cause = "must be at least 1: without an iteration nothing holds the cloth together";
+        return Err(Fault::new("solver.iterations", cause));
     }
     Ok(())
 }
