@@ -23,28 +23,15 @@ enum End {
 
 /// Runs some steps and looks at every state.
 fn run(what: &str, name: &str, model: Model, state: State, dt: f64, steps: u32) -> End {
-    let start = std::time::Instant::now();
     let mut run = Simulation::new(model, state, named(name), dt);
-    for step in 0..steps {
+    for _ in 0..steps {
         if let Err(diverged) = run.step() {
             check_explanation(&format!("{what}, {name}"), &diverged, &run);
-            eprintln!(
-                "PROBE|{name}|{}|{dt}|{step}|Explained|{:.2}|{:?}|{}",
-                what.replace('\n', " "),
-                start.elapsed().as_secs_f64(),
-                diverged.sign,
-                diverged.stable_dt
-            );
             return End::Explained;
         }
         let bad = run.state().first_non_finite();
         assert!(bad.is_none(), "{what}, {name}: particle {bad:?}");
     }
-    eprintln!(
-        "PROBE|{name}|{}|{dt}|{steps}|Completed|{:.2}",
-        what.replace('\n', " "),
-        start.elapsed().as_secs_f64()
-    );
     End::Completed
 }
 
@@ -129,8 +116,8 @@ fn stiffness_from_a_hundredth_to_a_hundred_million() {
     for name in SCHEMES {
         for stretch in ["1e-2", "1.0", "1e4", "1e6", "1e8"] {
             let text = SHEET.replace("stretch = 100.0", &format!("stretch = {stretch}"));
-            // dopri5 takes 100,000 steps of its own in each at 1e8 N/m: 5 s a step.
-            let steps = if name == "dopri5" { 2 } else { 10 };
+            // dopri5 takes up to 100,000 steps of its own in each: seconds.
+            let steps = if name == "dopri5" { 1 } else { 10 };
             let end = run_scene(name, &text, 1.0 / 60.0, steps);
             if is_implicit(name) {
                 assert_eq!(end, End::Completed, "{name} at {stretch} N/m");

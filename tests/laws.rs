@@ -551,7 +551,7 @@ fn every_scheme_has_the_same_bits_for_any_number_of_threads() {
         "shaken",
         shaken,
         |scheme| {
-            if scheme.is_explicit() { 20 } else { 5 }
+            if scheme.is_explicit() { 20 } else { 4 }
         },
     );
 }
@@ -563,7 +563,7 @@ fn every_scheme_drapes_with_the_same_bits_for_any_number_of_threads() {
         "drape",
         draped,
         |scheme| {
-            if scheme.is_explicit() { 40 } else { 10 }
+            if scheme.is_explicit() { 20 } else { 4 }
         },
     );
 }
