@@ -1,15 +1,17 @@
 //! Laws that every force, and every scheme, has to keep.
 
 use crate::support::{
-    IMPLICIT, Numbers, PROJECTIVE, XPBD, fresh_folder, load, run_to, simulation, strip, written,
+    IMPLICIT, Numbers, PROJECTIVE, SCHEMES as ALL_SCHEMES, XPBD, fresh_folder, load, named, run_to,
+    shuffled, simulation, strip, written,
 };
 use glam::{DQuat, DVec3};
 use muslin::force::Jacobian;
 use muslin::integrator::{Integrator, Linear};
 use muslin::linear::{Assembly, PairMatrix};
-use muslin::scene::{self, Built};
-use muslin::simulation::{Sign, Simulation};
+use muslin::scene::{self, Built, Step};
+use muslin::simulation::{Sign, Simulation, forecast, step_length};
 use muslin::state::State;
+use std::sync::LazyLock;
 
 const SCHEMES: [Integrator; 4] = [Integrator::SymplecticEuler, IMPLICIT, XPBD, PROJECTIVE];
 
@@ -452,25 +454,6 @@ fn shaken() -> Built {
     built
 }
 
-/// An OBJ mesh with its vertices in any order.
-fn shuffled(text: &str, numbers: &mut Numbers) -> String {
-    let (vertices, faces): (Vec<&str>, Vec<&str>) = text.lines().partition(|l| l.starts_with('v'));
-    let mut order: Vec<(f64, usize)> = (0..vertices.len()).map(|i| (numbers.next(), i)).collect();
-    order.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let mut place = vec![0; order.len()];
-    let mut lines = Vec::new();
-    for (new, (_, old)) in order.into_iter().enumerate() {
-        place[old] = new + 1;
-        lines.push(vertices[old].to_owned());
-    }
-    for face in faces {
-        let corner = |word: &str| place[word.parse::<usize>().unwrap() - 1].to_string();
-        let corners: Vec<String> = face.split(' ').skip(1).map(corner).collect();
-        lines.push(format!("f {}", corners.join(" ")));
-    }
-    lines.join("\n") + "\n"
-}
-
 /// Moves every free particle a little, and gives it a velocity.
 fn shake(built: &mut Built, numbers: &mut Numbers) {
     let state = &mut built.state;
@@ -525,26 +508,80 @@ fn the_force_pass_is_the_sum_of_the_laws() {
     }
 }
 
-/// Every explicit scheme, with every law on a mesh of several chunks, for one, two and three threads.
-#[test]
-fn explicit_schemes_have_the_same_bits_for_any_number_of_threads() {
-    for scheme in Integrator::EXPLICIT {
-        let ends = [1, 2, 3].map(|threads| {
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
-            pool.build().unwrap().install(|| {
-                let built = shaken();
-                assert!(built.model.particles() > 4 * 1024 && built.model.hinges().count() > 5000);
-                let mut run = Simulation::new(built.model, built.state, scheme, 1e-5);
-                let steps: Vec<_> = (0..20).map(|_| run.step().unwrap()).collect();
-                (run.state().clone(), steps, run.stats().kinetic_peak)
-            })
-        });
-        assert!(
-            ends[0] == ends[1] && ends[0] == ends[2],
-            "{}",
-            scheme.name()
-        );
+/// The bits of positions and velocities after some steps on so many threads.
+fn bits(built: Built, scheme: Integrator, dt: f64, steps: u32, threads: usize) -> Vec<[u64; 6]> {
+    let mut run = Simulation::new(built.model, built.state, scheme, dt);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+    pool.build().unwrap().install(|| {
+        for _ in 0..steps {
+            run.step().unwrap_or_else(|diverged| panic!("{diverged}"));
+        }
+    });
+    let state = run.state();
+    let pairs = state.positions.iter().zip(&state.velocities);
+    pairs
+        .map(|(x, v)| [x.x, x.y, x.z, v.x, v.y, v.z].map(f64::to_bits))
+        .collect()
+}
+
+/// Every scheme at a step that it bears, for one, two and three threads: the bits after some steps.
+fn check_threads(what: &str, build: fn() -> Built, steps: impl Fn(Integrator) -> u32) {
+    for name in ALL_SCHEMES {
+        let scheme = named(name);
+        let start = build();
+        let dt = if scheme.is_explicit() {
+            let forecast = forecast(&start.model, &start.state);
+            step_length(Step::Auto, scheme, &forecast).unwrap()
+        } else {
+            scheme.usual_step().min(0.004)
+        };
+        let ends = [1, 2, 3].map(|threads| bits(build(), scheme, dt, steps(scheme), threads));
+        let same = |i: &usize| ends[0][*i] == ends[1][*i] && ends[0][*i] == ends[2][*i];
+        let other = (0..ends[0].len()).find(|i| !same(i));
+        assert_eq!(other, None, "{what}, {name} in steps of {dt} s");
     }
+}
+
+/// With every law on meshes of several chunks.
+#[test]
+fn every_scheme_has_the_same_bits_for_any_number_of_threads() {
+    let built = shaken();
+    assert!(built.model.particles() > 4 * 1024 && built.model.hinges().count() > 5000);
+    check_threads(
+        "shaken",
+        shaken,
+        |scheme| {
+            if scheme.is_explicit() { 20 } else { 4 }
+        },
+    );
+}
+
+/// With contact and a strain limit: `drape` from where it lies on the shoulders.
+#[test]
+fn every_scheme_drapes_with_the_same_bits_for_any_number_of_threads() {
+    check_threads(
+        "drape",
+        draped,
+        |scheme| {
+            if scheme.is_explicit() { 20 } else { 4 }
+        },
+    );
+}
+
+/// `drape` after 0.2 s, when it touches the body.
+fn draped() -> Built {
+    static AT: LazyLock<State> = LazyLock::new(|| {
+        let mut run = simulation("drape", &[], named("implicit-euler"), 0.004);
+        run_to(&mut run, 0.2);
+        assert!(!run.contacts().list.is_empty() && run.model().strain_limit.is_some());
+        State {
+            time: 0.0,
+            ..run.state().clone()
+        }
+    });
+    let mut built = scene::build(&load("drape", &[])).unwrap();
+    built.state = AT.clone();
+    built
 }
 
 /// A velocity or position that is no number is noticed in the step in which it comes, wherever it is.

@@ -32,6 +32,15 @@ pub(crate) const SCHEMES: [&str; 11] = [
     "projective",
 ];
 
+/// A scheme as a scene asks for it by name, but for linear solves to 1e-4: what tests of all schemes look
+/// at is how far one can go with a scheme, not what its default makes of it.
+pub(crate) fn named(name: &str) -> Integrator {
+    let loaded = load("hanging-cloth", &[&format!("solver.integrator={name}")]);
+    let mut solver = loaded.scene.solver;
+    solver.linear_tolerance = 1e-4;
+    Integrator::of(&solver)
+}
+
 /// XPBD in small steps: one sweep each.
 pub(crate) const XPBD: Integrator = Integrator::Xpbd { iterations: 1 };
 
@@ -151,4 +160,34 @@ impl Numbers {
     pub(crate) fn vector(&mut self) -> DVec3 {
         DVec3::new(self.next(), self.next(), self.next())
     }
+}
+
+/// Root of the mean square distance (m).
+pub(crate) fn distance(a: &[DVec3], b: &[DVec3]) -> f64 {
+    let squares = a.iter().zip(b).map(|(a, b)| a.distance_squared(*b));
+    (squares.sum::<f64>() / a.len() as f64).sqrt()
+}
+
+/// OBJ text with its vertices and its faces in another order.
+pub(crate) fn shuffled(text: &str, numbers: &mut Numbers) -> String {
+    let (points, mut faces): (Vec<&str>, Vec<&str>) =
+        text.lines().partition(|line| line.starts_with("v "));
+    let mut order: Vec<(f64, usize)> = (0..points.len()).map(|i| (numbers.next(), i)).collect();
+    order.sort_by(|a, b| a.0.total_cmp(&b.0));
+    // A reader may number vertices as the faces come: these are shuffled too.
+    for i in (1..faces.len()).rev() {
+        faces.swap(i, (0.5 * (numbers.next() + 1.0) * i as f64) as usize);
+    }
+    let mut place = vec![0; points.len()];
+    let mut mesh = String::new();
+    for (new, &(_, old)) in order.iter().enumerate() {
+        place[old] = new + 1;
+        mesh += &format!("{}\n", points[old]);
+    }
+    for face in faces {
+        let corners = face.split(' ').skip(1);
+        let corners = corners.map(|corner| place[corner.parse::<usize>().unwrap() - 1].to_string());
+        mesh += &format!("f {}\n", corners.collect::<Vec<_>>().join(" "));
+    }
+    mesh
 }
