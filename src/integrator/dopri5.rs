@@ -63,6 +63,10 @@ const ERROR: [f64; STAGES] = [
 /// the better one leaves after many steps is 0.06 to 0.6 of it on a swinging chain and sheet.
 const BETTER: f64 = 2.0;
 
+/// Time (s) after which what a velocity is off by counts as what it does to the position: a frame. A
+/// step's own length would let stiff cloth, whose steps are short, ring with any velocity.
+const SHOWS_AFTER: f64 = 1.0 / 60.0;
+
 /// A step's length against the one that just meets the tolerance.
 const SAFETY: f64 = 0.9;
 
@@ -127,11 +131,10 @@ impl Dopri5 {
                 errors[0] += slopes[0][i] * weight;
                 errors[1] += slopes[1][i] * weight;
             }
-            // What a velocity is off by shows in the positions one step later.
             if errors.iter().any(|error| error.is_nan()) {
                 return f64::NAN;
             }
-            worst = worst.max(errors[0].length().max(errors[1].length() * h) * h);
+            worst = worst.max(errors[0].length().max(errors[1].length() * SHOWS_AFTER) * h);
         }
         worst
     }
