@@ -4,6 +4,7 @@
 use crate::energy::Energies;
 use crate::model::Model;
 use crate::state::State;
+use rayon::prelude::*;
 
 /// What kinetic and elastic energy together may come from.
 ///
@@ -87,7 +88,9 @@ impl Budget {
     }
 }
 
-/// Elastic energy of all springs and hinges (J).
+/// Elastic energy of all springs and hinges (J), the laws side by side on the pool's threads.
 pub(super) fn elastic(model: &Model, state: &State) -> f64 {
-    model.stiffnesses().map(|law| law.energy(state)).sum()
+    let laws: Vec<_> = model.stiffnesses().collect();
+    let energies: Vec<f64> = laws.par_iter().map(|law| law.energy(state)).collect();
+    energies.iter().sum()
 }
