@@ -21,7 +21,9 @@ const ROOMS: &[&str] = &[
     "recorder",
     "pipeline",
     "export",
+    "picture",
     "lab",
+    "study",
     "cli",
     "main",
 ];
@@ -40,9 +42,9 @@ const OWNERS: &[(&str, &[&str])] = &[
     ("serde_json", &["cli"]),
     ("toml", &["scene"]),
     ("faer", &["linear/cholesky", "linear/scalar_cholesky"]),
-    ("plotters", &["lab/picture"]),
-    ("png", &["lab/picture"]),
-    ("dejavu", &["lab/picture"]),
+    ("plotters", &["picture"]),
+    ("png", &["picture"]),
+    ("dejavu", &["picture"]),
 ];
 
 /// A source file: its path below `src` without the ending, and its code without comments.

@@ -4,7 +4,7 @@ use super::cantilever::{Cantilever, GAMMA};
 use super::elastica;
 use super::finding::{Bending, Tested};
 use super::membrane::{Membrane, MembraneSeries};
-use super::picture::{PictureError, Series, curves, polar};
+use crate::picture::{PictureError, Series, curves, polar};
 use std::path::{Path, PathBuf};
 
 /// Points of the elastica.

@@ -1,5 +1,5 @@
 //! Experiments on materials: virtual swatch tests, the exact solutions that they are compared with,
-//! and pictures of the comparison.
+//! and the comparison in words, tables and pictures.
 //!
 //! What a cloth is made of is given by moduli; what it is after all depends on how springs and hinges
 //! stand for them. [`membrane`] measures stretch and shear of [`swatch`]es, [`cantilever`] bending,
@@ -14,7 +14,6 @@ pub mod elasticity;
 pub mod finding;
 pub mod limit;
 pub mod membrane;
-pub mod picture;
 pub mod swatch;
 pub mod table;
 pub mod words;

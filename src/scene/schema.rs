@@ -365,6 +365,52 @@ pub enum IntegratorName {
     Projective,
 }
 
+impl IntegratorName {
+    /// Every scheme: explicit ones, implicit ones, those that relax constraints.
+    pub const ALL: [Self; 11] = [
+        Self::Euler,
+        Self::SymplecticEuler,
+        Self::Verlet,
+        Self::Rk4,
+        Self::Dopri5,
+        Self::ImplicitEuler,
+        Self::Newton,
+        Self::ImplicitMidpoint,
+        Self::Bdf2,
+        Self::Xpbd,
+        Self::Projective,
+    ];
+
+    /// Its name in scenes.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Euler => "euler",
+            Self::SymplecticEuler => "symplectic-euler",
+            Self::Verlet => "verlet",
+            Self::Rk4 => "rk4",
+            Self::Dopri5 => "dopri5",
+            Self::ImplicitEuler => "implicit-euler",
+            Self::Newton => "newton",
+            Self::ImplicitMidpoint => "implicit-midpoint",
+            Self::Bdf2 => "bdf2",
+            Self::Xpbd => "xpbd",
+            Self::Projective => "projective",
+        }
+    }
+}
+
+impl std::str::FromStr for IntegratorName {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let found = Self::ALL.into_iter().find(|scheme| scheme.name() == text);
+        found.ok_or_else(|| {
+            let known = Self::ALL.map(Self::name).join(", ");
+            format!("\"{text}\" is no scheme: use {known}")
+        })
+    }
+}
+
 /// What is recorded.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields, default)]

@@ -1,0 +1,54 @@
+//! How far two states are from each other.
+
+use glam::DVec3;
+
+/// Distances of particles from where they should be (m).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Distance {
+    /// Root of the mean square over particles, and over states where there are several.
+    pub rms: f64,
+    /// The largest.
+    pub largest: f64,
+}
+
+impl Distance {
+    /// Distance of two states with the same particles.
+    pub fn between(a: &[DVec3], b: &[DVec3]) -> Self {
+        let squares = || a.iter().zip(b).map(|(a, b)| a.distance_squared(*b));
+        #[expect(clippy::cast_precision_loss, reason = "fewer than 2⁵³ particles")]
+        let count = a.len().max(1) as f64;
+        Self {
+            rms: (squares().sum::<f64>() / count).sqrt(),
+            largest: squares().fold(0.0, f64::max).sqrt(),
+        }
+    }
+
+    /// Distance of two sequences of states, at the same times.
+    pub fn over(a: &[Vec<DVec3>], b: &[Vec<DVec3>]) -> Self {
+        let each: Vec<Self> = a.iter().zip(b).map(|(a, b)| Self::between(a, b)).collect();
+        #[expect(clippy::cast_precision_loss, reason = "a few states")]
+        let count = each.len().max(1) as f64;
+        let squares: f64 = each.iter().map(|d| d.rms * d.rms).sum();
+        Self {
+            rms: (squares / count).sqrt(),
+            largest: each.iter().map(|d| d.largest).fold(0.0, f64::max),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn of_known_states() {
+        let still = vec![DVec3::ZERO; 4];
+        let mut moved = still.clone();
+        moved[2] = DVec3::new(0.0, 2.0, 0.0);
+        let one = Distance::between(&still, &moved);
+        assert_eq!((one.rms, one.largest), (1.0, 2.0));
+        let both = Distance::over(&[still.clone(), still.clone()], &[still, moved]);
+        assert!((both.rms - 0.5_f64.sqrt()).abs() < 1e-15, "{both:?}");
+        assert_eq!(both.largest, 2.0);
+    }
+}
