@@ -21,5 +21,6 @@ mod runs;
 mod schemes;
 mod springs;
 mod structures;
+mod study;
 mod support;
 mod truths;

@@ -1,6 +1,6 @@
 //! What can be typed.
 
-use crate::scene::Step;
+use crate::scene::{IntegratorName, Step};
 use clap::{Args, Parser, Subcommand};
 use std::path::PathBuf;
 
@@ -35,6 +35,8 @@ pub(super) enum Command {
     Export(ExportArgs),
     /// Test swatches of a scene's cloths: moduli by direction, and bending against the elastica.
     Lab(LabArgs),
+    /// Measure what accuracy costs: every scheme over its steps against a reference.
+    Study(StudyArgs),
     /// Write the mannequin's mesh again.
     Mannequin {
         /// The OBJ file to write.
@@ -142,6 +144,68 @@ pub(super) struct LabArgs {
     #[arg(long, value_name = "KEY=VALUE")]
     pub(super) set: Vec<String>,
     /// Folder for lab.csv, lab.md and the pictures; SCENE-lab by default.
+    #[arg(long, value_name = "DIR")]
+    pub(super) out: Option<PathBuf>,
+}
+
+/// What to study and where the results go.
+#[derive(Args, Debug)]
+pub(super) struct StudyArgs {
+    /// A built-in scene (see `muslin scenes`) or a TOML file.
+    #[arg(default_value = "drape")]
+    pub(super) scene: String,
+    /// Schemes, separated by commas; all of them by default.
+    #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
+    pub(super) schemes: Vec<IntegratorName>,
+    /// Steps (s) of every scheme; shares of the stable one and parts of 1/60 s by default.
+    #[arg(
+        long,
+        value_name = "S,…",
+        value_delimiter = ',',
+        allow_negative_numbers = true
+    )]
+    pub(super) steps: Vec<f64>,
+    /// Sweeps of xpbd and iterations of projective.
+    #[arg(long, value_name = "N,…", value_delimiter = ',')]
+    pub(super) iterations: Vec<u32>,
+    /// Tolerances (m) of dopri5.
+    #[arg(
+        long,
+        value_name = "M,…",
+        value_delimiter = ',',
+        allow_negative_numbers = true
+    )]
+    pub(super) tolerance: Vec<f64>,
+    /// Simulated time (s); the scene's own, at most 0.5 s, by default. The longer, the more every detail
+    /// decides.
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    pub(super) duration: Option<f64>,
+    /// Times up to the end at which states are compared.
+    #[arg(long, value_name = "N", default_value_t = 6)]
+    pub(super) times: u32,
+    /// Smallest error (m) that the reference should tell.
+    #[arg(
+        long,
+        value_name = "M",
+        default_value_t = 1e-5,
+        allow_negative_numbers = true
+    )]
+    pub(super) smallest: f64,
+    /// Wall time (s) that the reference may take.
+    #[arg(
+        long,
+        value_name = "S",
+        default_value_t = 150.0,
+        allow_negative_numbers = true
+    )]
+    pub(super) patience: f64,
+    /// Threads of each run; all cores by default.
+    #[arg(long, value_name = "N")]
+    pub(super) threads: Option<usize>,
+    /// Set a key of the scene, such as cloth.0.material.stretch=500 (repeatable).
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub(super) set: Vec<String>,
+    /// Folder for the results; SCENE-study by default.
     #[arg(long, value_name = "DIR")]
     pub(super) out: Option<PathBuf>,
 }

@@ -16,7 +16,7 @@ pub(super) fn run(args: &SceneArgs) -> Result<(), Failure> {
         foresight,
         notes,
     } = prepare(args)?;
-    let threads = threads(args)?;
+    let threads = threads(args.threads)?;
     notes.iter().for_each(|note| println!("{note}"));
     println!(
         "{} models\n{}",

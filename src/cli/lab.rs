@@ -2,10 +2,11 @@
 
 use super::Failure;
 use super::args::LabArgs;
+use super::folder;
 use crate::lab::finding::{self, Finding};
 use crate::lab::{drawing, table, words};
 use crate::scene;
-use anyhow::{Context as _, anyhow};
+use anyhow::anyhow;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
@@ -21,7 +22,7 @@ pub(super) fn run(args: &LabArgs) -> Result<(), Failure> {
         .out
         .clone()
         .unwrap_or_else(|| PathBuf::from(format!("{}-lab", loaded.scene.name)));
-    let made = make_writable(&out)?;
+    let made = folder::make_writable(&out)?;
     let findings = finding::run(&loaded, &mut |what| eprintln!("{what}")).map_err(Failure::input);
     let findings = findings.and_then(|findings| something(&loaded.file, findings));
     if findings.is_err() && made {
@@ -59,32 +60,9 @@ fn something(file: &str, findings: Vec<Finding>) -> Result<Vec<Finding>, Failure
     Ok(findings)
 }
 
-/// Makes the folder if it isn't there, and tries to write into it; returns whether it was made.
-fn make_writable(out: &Path) -> Result<bool, Failure> {
-    let unwritable = || {
-        format!(
-            "{} can't be written; choose another with --out",
-            out.display()
-        )
-    };
-    let made = !out.exists();
-    let attempt = || {
-        std::fs::create_dir_all(out)?;
-        let probe = out.join(".muslin-lab");
-        std::fs::write(&probe, "")?;
-        std::fs::remove_file(probe)
-    };
-    attempt().with_context(unwritable).map_err(Failure::Input)?;
-    Ok(made)
-}
-
 fn write(out: &Path, findings: &[Finding], text: &str) -> Result<(), Failure> {
-    for (name, text) in [("lab.csv", table::csv(findings).as_str()), ("lab.md", text)] {
-        let path = out.join(name);
-        std::fs::write(&path, text)
-            .with_context(|| format!("{} can't be written", path.display()))
-            .map_err(Failure::Run)?;
-    }
+    folder::write(out, "lab.csv", &table::csv(findings))?;
+    folder::write(out, "lab.md", text)?;
     for finding in findings {
         if let Finding::Tested(tested) = finding {
             drawing::pictures(out, tested).map_err(Failure::run)?;

@@ -4,6 +4,7 @@ mod args;
 mod check;
 #[cfg(feature = "rerun")]
 mod export;
+mod folder;
 mod foresight;
 mod lab;
 mod mannequin;
@@ -11,6 +12,7 @@ mod progress;
 mod report;
 mod run;
 mod scenes;
+mod study;
 
 use args::{Cli, Command};
 use clap::Parser as _;
@@ -53,6 +55,7 @@ pub fn main() -> ExitCode {
         #[cfg(feature = "rerun")]
         Command::Export(args) => export::run(&args),
         Command::Lab(args) => lab::run(&args),
+        Command::Study(args) => study::run(&args),
         Command::Mannequin { out } => mannequin::run(&out),
     };
     let (error, code) = match done {

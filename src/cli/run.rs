@@ -23,7 +23,7 @@ pub(super) fn run(args: &RunArgs) -> Result<(), Failure> {
         foresight,
         mut notes,
     } = prepare(&args.scene)?;
-    let threads = threads(&args.scene)?;
+    let threads = threads(args.scene.threads)?;
     check_outputs(args, &loaded)?;
     notes.extend(too_many_frames(&loaded, simulation.dt()));
     notes.extend(foresight.head(&simulation));
@@ -85,8 +85,8 @@ pub(super) fn prepare(args: &SceneArgs) -> Result<Prepared, Failure> {
 const MOST_THREADS: usize = 256;
 
 /// Threads of the simulation: as asked, or one a core.
-pub(super) fn threads(args: &SceneArgs) -> Result<usize, Failure> {
-    match args.threads {
+pub(super) fn threads(asked: Option<usize>) -> Result<usize, Failure> {
+    match asked {
         Some(0) => Err(Failure::Input(anyhow!(
             "--threads 0: at least one thread is needed"
         ))),
@@ -187,7 +187,7 @@ fn check_writable(path: &Path) -> Result<(), Failure> {
 }
 
 /// A flag that Ctrl-C sets; a second Ctrl-C ends the program at once.
-fn stop_on_interrupt() -> Result<Arc<AtomicBool>, Failure> {
+pub(super) fn stop_on_interrupt() -> Result<Arc<AtomicBool>, Failure> {
     let stop = Arc::new(AtomicBool::new(false));
     let flag = Arc::clone(&stop);
     ctrlc::set_handler(move || {

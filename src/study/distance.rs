@@ -26,6 +26,11 @@ impl Distance {
     /// Distance of two sequences of states, at the same times.
     pub fn over(a: &[Vec<DVec3>], b: &[Vec<DVec3>]) -> Self {
         let each: Vec<Self> = a.iter().zip(b).map(|(a, b)| Self::between(a, b)).collect();
+        Self::of_all(&each)
+    }
+
+    /// The distance over several times, by the distance at each.
+    pub fn of_all(each: &[Self]) -> Self {
         #[expect(clippy::cast_precision_loss, reason = "a few states")]
         let count = each.len().max(1) as f64;
         let squares: f64 = each.iter().map(|d| d.rms * d.rms).sum();

@@ -56,6 +56,7 @@ pub fn settings(subject: &Subject<'_>, dials: &Dials) -> Result<Vec<Setting>, St
                 _ if !dials.steps.is_empty() => dials.steps.clone(),
                 _ => usual(subject, integrator),
             });
+            steps.sort_by(|a, b| b.total_cmp(a));
             for &dt in &steps {
                 let setting = Setting {
                     integrator,
@@ -89,10 +90,12 @@ fn variants(subject: &Subject<'_>, name: IntegratorName, dials: &Dials) -> Vec<I
     }
     let scheme = Integrator::of(&solver);
     match scheme {
-        Integrator::Dopri5 { .. } => or(&dials.tolerances, &TOLERANCES)
-            .iter()
-            .map(|&tolerance| Integrator::Dopri5 { tolerance })
-            .collect(),
+        Integrator::Dopri5 { .. } => {
+            let mut tolerances = or(&dials.tolerances, &TOLERANCES).to_vec();
+            tolerances.sort_by(|a, b| b.total_cmp(a));
+            let of = |tolerance| Integrator::Dopri5 { tolerance };
+            tolerances.into_iter().map(of).collect()
+        }
         Integrator::Xpbd { .. } => or(&dials.iterations, &[1])
             .iter()
             .map(|&iterations| Integrator::Xpbd { iterations })

@@ -2,22 +2,28 @@
 //! study computes itself.
 //!
 //! A [`Subject`] is the scene and how it is run; a [`Reference`] what runs are compared with; a
-//! [`sweep`](sweep()) measures one [`Row`] a [`Setting`]. [`front`] finds what is worth its time. Errors are
-//! those of the time step, on one mesh.
+//! [`sweep`](sweep()) measures one [`Row`] a [`Setting`]. [`front`] finds what is worth its time, [`table`] and
+//! [`diagram()`] say it, [`overlay`] shows it. Errors are those of the time step, on one mesh.
 
+mod diagram;
 mod distance;
 mod error;
 pub mod front;
 pub mod ladder;
+pub mod overlay;
 pub mod reference;
 mod setting;
 mod subject;
 mod sweep;
+pub mod table;
+mod track;
 
+pub use diagram::diagram;
 pub use distance::Distance;
 pub use error::StudyError;
 pub use ladder::Dials;
-pub use reference::Reference;
+pub use reference::{MARGIN, Reference, reference};
 pub use setting::{Setting, digits};
 pub use subject::{Outcome, PATIENCE, Subject, Trial};
 pub use sweep::{Error, Row, sweep};
+pub use track::Track;

@@ -1,7 +1,8 @@
 //! What runs are compared with: a run in tiny steps, checked against another scheme's.
 
 use super::error::StudyError;
-use super::{Distance, Outcome, Setting, Subject, Trial};
+use super::overlay::FPS;
+use super::{Distance, Outcome, Setting, Subject, Track, Trial, digits};
 use crate::integrator::{Integrator, Linear, Nonlinear};
 use glam::DVec3;
 use std::time::Instant;
@@ -11,9 +12,9 @@ pub const MARGIN: f64 = 10.0;
 
 /// Solves of an implicit reference: far more exact than its steps.
 const SOLVED: Nonlinear = Nonlinear {
-    residual: 1e-8,
+    residual: 1e-6,
     iterations: 50,
-    linear: Linear::to(1e-6),
+    linear: Linear::to(1e-5),
 };
 
 /// Share of its stable step that an explicit reference starts at.
@@ -28,6 +29,12 @@ const AFFORDABLE: f64 = 0.15;
 /// Steps that say what a run costs.
 const PROBE: u32 = 20;
 
+/// Error of the reference, over the size of the cloths, up to which a time is worth comparing at.
+const WORTH: f64 = 1e-3;
+
+/// Errors that shrink to less than this share when steps are halved go to zero.
+const SHRINKS: f64 = 0.75;
+
 /// What runs are compared with.
 #[derive(Clone, Debug)]
 pub struct Reference {
@@ -37,27 +44,30 @@ pub struct Reference {
     pub second: Setting,
     /// The cloths' particles at the compared times (m).
     pub states: Vec<Vec<DVec3>>,
+    /// The same at the frames of a recording.
+    pub track: Track,
     /// Its own error, as far as known: the distance to the second, or to itself at twice the step where
     /// that is more.
     pub error: Distance,
-    /// Errors found at each refinement, from the coarsest on.
-    pub history: Vec<Distance>,
     /// Whether its error came down to what was asked for.
     pub converged: bool,
+    /// Where it was cut short, if it was.
+    pub cut: Option<Cut>,
+}
+
+/// A time from which on there is nothing to compare with.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cut {
+    /// The first time left out (s).
+    pub time: f64,
+    /// What the reference is off by then (m RMS).
+    pub error: f64,
 }
 
 impl Reference {
     /// The smallest error that can be reported (m RMS).
     pub fn smallest(&self) -> f64 {
         MARGIN * self.error.rms
-    }
-
-    /// Whether halving its steps brought it nearer to its limit.
-    pub fn improves(&self) -> bool {
-        match self.history.as_slice() {
-            [.., before, last] => self.converged || last.rms < 0.75 * before.rms,
-            _ => true,
-        }
     }
 }
 
@@ -69,9 +79,9 @@ struct Pair {
 }
 
 impl Pair {
-    fn halved(self, times: u32) -> Self {
+    fn halved(self) -> Self {
         let shorter = |setting: Setting| Setting {
-            dt: setting.dt / f64::from(1 << times),
+            dt: 0.5 * setting.dt,
             ..setting
         };
         Self {
@@ -89,51 +99,106 @@ impl Pair {
 /// share (contact and strain limits are answered step by step under each), and one scheme may converge
 /// to something else.
 ///
+/// Where folds may buckle either way, or friction may hold or not, the least difference grows until
+/// everything is different, and no step is short enough. The study then ends before: the subject is
+/// shortened to the times at which the reference has an error below a thousandth of the cloths' size.
+///
 /// # Errors
 ///
-/// When a run diverges or takes too long, or the user stops before the first is there.
+/// When a run diverges or takes too long, no time is left to compare at, or the user stops before the
+/// reference is there.
 pub fn reference(
-    subject: &Subject<'_>,
+    subject: &mut Subject<'_>,
     goal: f64,
     budget: f64,
     say: &mut dyn FnMut(String),
 ) -> Result<Reference, StudyError> {
     let start = Instant::now();
     let mut pair = pair(subject, budget)?;
-    let mut history = Vec::new();
-    let mut coarse = whole(subject, pair.first)?;
-    pair = pair.halved(1);
+    let mut coarse = whole(subject, pair.first, None)?;
+    let mut before: Option<Vec<Distance>> = None;
+    let mut cut = None;
     loop {
         let round = Instant::now();
-        let first = whole(subject, pair.first)?;
-        let second = whole(subject, pair.second)?;
-        let apart = [&second, &coarse].map(|other| Distance::over(&first.states, &other.states));
-        let error = Distance {
-            rms: apart[0].rms.max(apart[1].rms),
-            largest: apart[0].largest.max(apart[1].largest),
-        };
-        history.push(error);
+        pair = pair.halved();
+        let mut track = Track::new(FPS);
+        let first = whole(subject, pair.first, Some(&mut track))?;
+        let second = whole(subject, pair.second, None)?;
+        let errors = errors(&first, [&second, &coarse]);
+        let error = Distance::of_all(&errors);
         say(format!(
-            "reference {} at {}, error {} mm",
+            "reference {} at {}, error {} mm up to {} s",
             first.setting.series(),
             first.setting.dial(),
-            super::digits(1000.0 * error.rms)
+            digits(1000.0 * error.rms),
+            digits(subject.duration),
         ));
         let converged = error.rms <= goal;
         // The next round takes twice as long as this one.
         let next = 2.0 * round.elapsed().as_secs_f64();
-        if converged || start.elapsed().as_secs_f64() + next > budget || subject.is_stopped() {
+        let last = converged || start.elapsed().as_secs_f64() + next > budget;
+        let kept = match &before {
+            None if !last => errors.len(), // nobody knows yet what shrinks
+            before => worthwhile(&errors, before.as_deref().filter(|_| !last), subject.size()),
+        };
+        if kept < errors.len() {
+            cut = Some(Cut {
+                time: subject.interval() * (kept + 1) as f64,
+                error: errors[kept].rms,
+            });
+            if kept == 0 {
+                return Err(nothing_to_compare(subject, pair.first, errors[0].rms));
+            }
+            subject.shorten(u32::try_from(kept).unwrap_or(u32::MAX));
+        }
+        if last || subject.is_stopped() {
+            let error = Distance::of_all(&errors[..kept]);
+            track.cut(subject.duration);
             return Ok(Reference {
                 setting: pair.first,
                 second: pair.second,
-                states: first.states,
+                states: first.states[..kept].to_vec(),
+                track,
                 error,
-                history,
-                converged,
+                converged: error.rms <= goal,
+                cut,
             });
         }
+        before = Some(errors);
         coarse = first;
-        pair = pair.halved(1);
+    }
+}
+
+/// The larger of the distances to two others, at each time.
+fn errors(first: &Trial, others: [&Trial; 2]) -> Vec<Distance> {
+    let at = |k: usize| {
+        let [a, b] = others.map(|other| Distance::between(&first.states[k], &other.states[k]));
+        Distance {
+            rms: a.rms.max(b.rms),
+            largest: a.largest.max(b.largest),
+        }
+    };
+    let times = first.states.len();
+    (0..times.min(others[1].states.len())).map(at).collect()
+}
+
+/// How many times, from the first on, are worth comparing at: those with a small error, and while there
+/// is another round to come those with one that shrinks.
+fn worthwhile(errors: &[Distance], before: Option<&[Distance]>, size: f64) -> usize {
+    let shrinks = |k: usize| before.is_some_and(|before| errors[k].rms < SHRINKS * before[k].rms);
+    let good = |k: &usize| errors[*k].rms <= WORTH * size || shrinks(*k);
+    (0..errors.len()).take_while(good).count()
+}
+
+fn nothing_to_compare(subject: &Subject<'_>, setting: Setting, error: f64) -> StudyError {
+    StudyError::NoReference {
+        setting: format!("{} at {}", setting.series(), setting.dial()),
+        reason: format!(
+            "is still {} mm off after {} s, and halving its steps doesn't mend it: what happens depends on every detail",
+            digits(1000.0 * error),
+            digits(subject.interval())
+        ),
+        remedy: "study a shorter --duration or more --times, or give it more --patience".to_owned(),
     }
 }
 
@@ -175,8 +240,16 @@ fn cost(subject: &Subject<'_>, setting: Setting) -> Result<f64, StudyError> {
 }
 
 /// A run to the end.
-fn whole(subject: &Subject<'_>, setting: Setting) -> Result<Trial, StudyError> {
-    let trial = subject.run(setting, &mut |_| {})?;
+fn whole(
+    subject: &Subject<'_>,
+    setting: Setting,
+    mut track: Option<&mut Track>,
+) -> Result<Trial, StudyError> {
+    let trial = subject.run(setting, &mut |simulation| {
+        if let Some(track) = &mut track {
+            track.see(simulation);
+        }
+    })?;
     let failed = |reason: String, remedy: &str| StudyError::NoReference {
         setting: format!("{} at {}", setting.series(), setting.dial()),
         reason,

@@ -32,6 +32,8 @@ pub struct Subject<'a> {
     pub threads: usize,
     /// What can be said before any run.
     pub forecast: Forecast,
+    /// Diagonal of the box around the cloths at the start (m).
+    size: f64,
     pool: rayon::ThreadPool,
     stop: &'a AtomicBool,
 }
@@ -94,6 +96,7 @@ impl<'a> Subject<'a> {
         let built = scene::build(&loaded)?;
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
         Ok(Self {
+            size: size(&built.state.positions[..built.model.cloth_particles()]),
             forecast: forecast(&built.model, &built.state),
             pool: pool.map_err(|error| StudyError::Threads(error.to_string()))?,
             loaded,
@@ -109,9 +112,20 @@ impl<'a> Subject<'a> {
         self.stop.load(Ordering::Relaxed)
     }
 
+    /// Diagonal of the box around the cloths at the start (m).
+    pub fn size(&self) -> f64 {
+        self.size
+    }
+
     /// Time between two compared states (s).
     pub fn interval(&self) -> f64 {
         self.duration / f64::from(self.times)
+    }
+
+    /// Leaves out the compared times after the first `times`.
+    pub fn shorten(&mut self, times: u32) {
+        self.duration = self.interval() * f64::from(times);
+        self.times = times;
     }
 
     /// The longest step of at most `dt` (s) that meets every compared time.
@@ -221,6 +235,15 @@ impl<'a> Subject<'a> {
         }
         Outcome::Completed
     }
+}
+
+fn size(positions: &[DVec3]) -> f64 {
+    let low = positions.iter().copied().fold(DVec3::INFINITY, DVec3::min);
+    let high = positions
+        .iter()
+        .copied()
+        .fold(DVec3::NEG_INFINITY, DVec3::max);
+    low.distance(high)
 }
 
 /// Energy that nothing but the scheme explains, over what was exchanged.

@@ -54,6 +54,11 @@ impl Row {
         }
     }
 
+    /// Whether a setting after it in a series can show nothing.
+    fn is_exact_enough_for(&self, next: Setting) -> bool {
+        matches!(self.error, Error::Below(_)) && self.setting.series() == next.series()
+    }
+
     /// Its error (m RMS), if it is known.
     pub fn rms(&self) -> Option<f64> {
         match self.error {
@@ -74,7 +79,8 @@ impl Row {
 
 /// Runs settings one after another; `done` sees each row with all that came before.
 ///
-/// Ends early, with the rows so far, when the user stops.
+/// What follows in a series after a setting that is as exact as can be told costs more and shows nothing:
+/// it is left out. Ends early, with the rows so far, when the user stops.
 ///
 /// # Errors
 ///
@@ -85,8 +91,14 @@ pub fn sweep(
     settings: &[Setting],
     done: &mut dyn FnMut(&[Row]),
 ) -> Result<Vec<Row>, StudyError> {
-    let mut rows = Vec::new();
+    let mut rows: Vec<Row> = Vec::new();
     for &setting in settings {
+        if rows
+            .last()
+            .is_some_and(|row| row.is_exact_enough_for(setting))
+        {
+            continue;
+        }
         let trial = subject.measure(setting)?;
         if trial.outcome == Outcome::Stopped {
             break;
