@@ -18,6 +18,7 @@ mod laws;
 mod motion;
 mod program;
 mod projective;
+mod required;
 mod runs;
 mod schemes;
 mod springs;
