@@ -1,11 +1,13 @@
 //! Everything that is fixed during a run, but for pins that let go.
 
+mod memory;
 mod part;
 mod pins;
 
+pub use memory::Memory;
 pub use pins::{Drive, Pins, Release};
 
-use crate::collision::Obstacle;
+use crate::collision::{Contacts, Obstacle};
 use crate::force::{
     Damping, DiscreteShell, EdgeSpring, Force, ForcePass, Gravity, Hinge, HingeBatch, HingeDamping,
     MassDamping, SpringBatch, SpringDamping, Stiffness, largest_stretch_squared,
@@ -79,7 +81,9 @@ impl Model {
     /// can forget one.
     pub fn forces(&self) -> impl Iterator<Item = &dyn Force> {
         let inner = self.stiffnesses().map(|law| law as &dyn Force);
-        std::iter::once(&self.gravity as &dyn Force).chain(inner)
+        let weighs = self.gravity.acceleration != DVec3::ZERO;
+        let weight = weighs.then_some(&self.gravity as &dyn Force);
+        weight.into_iter().chain(inner)
     }
 
     /// The forces that resist deformation.
@@ -116,6 +120,15 @@ impl Model {
     /// Every force and damping, for passes on all threads.
     pub fn force_pass(&self) -> ForcePass {
         ForcePass::new(self.particles(), self.forces(), self.dampings())
+    }
+
+    /// No contact, with room for as many as there may be: none without obstacles.
+    pub fn no_contacts(&self) -> Contacts {
+        Contacts::none(if self.obstacles.is_empty() {
+            0
+        } else {
+            self.particles()
+        })
     }
 
     /// The hinges of both laws.

@@ -658,6 +658,8 @@ fn a_report_has_every_field() {
         let entries = value.as_object();
         entries.is_some_and(|entries| entries.values().all(Value::is_f64))
     };
+    let parts = report["memory_bytes"].as_object();
+    assert!(parts.is_some_and(|parts| parts.values().all(Value::is_u64)));
     let named = "/stage_ms /energy/elastic /energy/dissipated /energy/work";
     check(named, "table of numbers", numbers);
     assert!(report.get("reason").is_none(), "{report:#}");

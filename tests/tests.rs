@@ -10,6 +10,7 @@
 mod architecture;
 mod bending;
 mod blackbox;
+mod contract;
 mod extremes;
 mod gallery;
 mod lab;
@@ -17,6 +18,7 @@ mod laws;
 mod motion;
 mod program;
 mod projective;
+mod required;
 mod runs;
 mod schemes;
 mod springs;

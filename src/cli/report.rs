@@ -27,6 +27,7 @@ pub(super) fn report(scene: &str, threads: usize, finished: &Finished) -> Value 
         "wall_s": finished.wall.as_secs_f64(),
         "ms_per_frame": ms_per_frame(finished.stepping, simulated),
         "stage_ms": stage_ms(finished),
+        "memory_bytes": simulation.memory().parts,
         "recorded_frames": finished.recorded.frames,
         "dropped_live_frames": finished.recorded.dropped_live_frames,
         "energy": energy(finished),

@@ -48,7 +48,7 @@ pub struct Grip {
 pub struct Contacts {
     /// The contacts in order of their particles.
     pub list: Vec<Contact>,
-    /// One entry a particle.
+    /// One entry a particle that may touch something; empty where there is nothing to touch.
     pub grips: Vec<Grip>,
 }
 

@@ -41,8 +41,9 @@ const NOTICE: f64 = 0.5;
 const TASK: usize = 128;
 
 impl Detection {
-    /// Nothing is known yet.
+    /// Nothing is known yet; without obstacles, nothing has to be.
     pub fn new(obstacles: &[Obstacle], particles: usize) -> Self {
+        let particles = if obstacles.is_empty() { 0 } else { particles };
         let unknown = Known {
             at: DVec3::ZERO,
             distance: None,
@@ -52,6 +53,12 @@ impl Detection {
             known: vec![vec![unknown; particles]; obstacles.len()],
             found: vec![None; particles],
         }
+    }
+
+    /// Size of its lists (B).
+    pub fn bytes(&self) -> usize {
+        let known = self.known.iter().map(|known| size_of_val(&known[..]));
+        known.sum::<usize>() + size_of_val(&self.found[..])
     }
 
     /// Finds the contacts of all particles; `contacts` keeps the grips of those that go on.

@@ -30,6 +30,17 @@ impl PinWork {
         (!model.pins.drives.is_empty()).then(|| Self::of(model))
     }
 
+    /// Size of its lists (B).
+    pub fn bytes(&self) -> usize {
+        let states = self
+            .states
+            .iter()
+            .map(|state| size_of_val(&state.positions[..]) + size_of_val(&state.velocities[..]));
+        let forces = self.forces.iter().map(|forces| size_of_val(&forces[..]));
+        let own = states.chain(forces).sum::<usize>();
+        own + self.part.memory().total() + size_of_val(&self.particles[..])
+    }
+
     fn of(model: &Model) -> Self {
         let (part, particles) = model.around(model.driven());
         let zero = vec![DVec3::ZERO; particles.len()];

@@ -10,8 +10,20 @@ use glam::DVec3;
 pub struct Gravity {
     /// Acceleration (m/s²).
     pub acceleration: DVec3,
-    /// Mass of each particle (kg).
+    /// Mass of each particle (kg); empty where nothing has weight.
     pub masses: Vec<f64>,
+}
+
+impl Gravity {
+    /// The weight of some masses (kg) in an acceleration (m/s²).
+    pub fn new(acceleration: DVec3, masses: &[f64]) -> Self {
+        let weighs = acceleration != DVec3::ZERO;
+        let masses = if weighs { masses.to_vec() } else { Vec::new() };
+        Self {
+            acceleration,
+            masses,
+        }
+    }
 }
 
 impl Force for Gravity {

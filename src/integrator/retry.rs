@@ -19,11 +19,10 @@ pub(super) struct Retry<S> {
 
 impl<S: Scheme> Retry<S> {
     pub(super) fn new(model: &Model, scheme: S) -> Self {
-        let particles = model.particles();
         Self {
             scheme,
-            start: State::at_rest(vec![glam::DVec3::ZERO; particles]),
-            contacts: Contacts::none(particles),
+            start: State::at_rest(vec![glam::DVec3::ZERO; model.particles()]),
+            contacts: model.no_contacts(),
         }
     }
 }

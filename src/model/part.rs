@@ -102,10 +102,7 @@ impl Model {
             cloths: Vec::new(),
             inverse_masses: n.of(&self.inverse_masses),
             rest: n.of(&self.rest),
-            gravity: Gravity {
-                acceleration: self.gravity.acceleration,
-                masses: masses.clone(),
-            },
+            gravity: Gravity::new(self.gravity.acceleration, &masses),
             masses,
             pins: Pins::default(),
             springs,

@@ -175,11 +175,12 @@ impl Parts {
         } = self;
         let (springs, spring_damping) = spring_batches(families);
         let weave = springs.iter().filter(|batch| batch.is_weave());
-        let limited = weave.flat_map(|batch| &batch.springs).copied().collect();
+        let limited = weave.flat_map(|batch| &batch.springs).copied();
         let limit = |limit: &schema::StrainLimit| StrainLimit {
             max: limit.max,
-            springs: limited,
+            springs: limited.collect(),
         };
+        let strain_limit = scene.strain_limit.as_ref().map(limit);
         let inverse_masses = masses.iter().zip(&holds.each);
         let inverse_masses = inverse_masses.map(|(m, hold)| hold.map_or(1.0 / m, |_| 0.0));
         let hinge_damping = bends.damping();
@@ -189,13 +190,10 @@ impl Parts {
             cloths,
             inverse_masses: inverse_masses.collect(),
             pins: holds.pins(&state.positions, switches),
-            gravity: Gravity {
-                acceleration: DVec3::from_array(scene.gravity),
-                masses: masses.clone(),
-            },
+            gravity: Gravity::new(DVec3::from_array(scene.gravity), &masses),
             masses,
             rest,
-            strain_limit: scene.strain_limit.as_ref().map(limit),
+            strain_limit,
             springs,
             edge_springs,
             discrete_shells,

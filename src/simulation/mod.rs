@@ -5,6 +5,7 @@ mod cause;
 mod divergence;
 mod element;
 mod equilibrium;
+mod memory;
 mod stability;
 mod stats;
 mod step_length;
@@ -56,7 +57,8 @@ pub struct Simulation {
     stats: Stats,
     /// Positions before strain limiting (m), scratch; empty without a strain limit.
     unlimited: Vec<DVec3>,
-    /// What strain limiting must not pull particles into, scratch; empty without a strain limit.
+    /// What strain limiting must not pull particles into, scratch; empty without a strain limit or
+    /// without obstacles.
     walls: Vec<Wall>,
 }
 
@@ -84,16 +86,13 @@ impl Simulation {
     pub fn new(mut model: Model, mut state: State, integrator: Integrator, dt: f64) -> Self {
         model.begin_step(state.time, state.time + dt);
         model.drive(&mut state);
-        let particles = model.particles();
-        let limited = if model.strain_limit.is_some() {
-            particles
-        } else {
-            0
-        };
+        let count = |asked: bool| if asked { model.particles() } else { 0 };
+        let limited = count(model.strain_limit.is_some());
+        let walled = count(model.strain_limit.is_some() && !model.obstacles.is_empty());
         Self {
             before: state.clone(),
             scheme: integrator.scheme(&model),
-            contacts: Contacts::none(particles),
+            contacts: model.no_contacts(),
             detection: Detection::new(&model.obstacles, model.cloth_particles()),
             sensible_strain: divergence::sensible_strain(&model, &state),
             booked: Ledger::open(&model, &state),
@@ -102,7 +101,7 @@ impl Simulation {
             budget: Budget::open(&model, &state, dt),
             stats: Stats::default(),
             unlimited: vec![DVec3::ZERO; limited],
-            walls: vec![Wall::default(); limited],
+            walls: vec![Wall::default(); walled],
             integrator,
             dt,
             start: state.time,
@@ -274,6 +273,9 @@ impl Simulation {
                 before,
                 after: limited.after,
             };
+            if self.model.obstacles.is_empty() {
+                return all;
+            }
             self.detect_contacts();
             // What is only too close is moved once; the next round brings its springs in order.
             if self.respond(first) == 0 && !(first && self.model.strain_limit.is_some()) {
@@ -328,12 +330,10 @@ impl Simulation {
             stats,
             ..
         } = self;
-        if !model.obstacles.is_empty() {
-            stats.times.time(Stage::DetectContacts, || {
-                let cloth = &state.positions[..model.cloth_particles()];
-                detection.find(&model.obstacles, cloth, contacts);
-            });
-        }
+        stats.times.time(Stage::DetectContacts, || {
+            let cloth = &state.positions[..model.cloth_particles()];
+            detection.find(&model.obstacles, cloth, contacts);
+        });
     }
 
     fn respond(&mut self, spread: bool) -> usize {

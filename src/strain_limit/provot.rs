@@ -54,7 +54,8 @@ impl StrainLimit {
     /// spring in proportion to their inverse mass, so that Σ m x stays and no torque arises.
     /// Passes run forwards and backwards in turn: a correction travels along the rows in both
     /// directions. They visit the springs near the limit only; when those hold, all are looked at
-    /// again. `walls` keep particles that touch an obstacle from being pulled into it.
+    /// again. `walls` keep particles that touch an obstacle from being pulled into it: one entry a
+    /// particle, or none where there is no obstacle.
     pub fn apply(
         &self,
         positions: &mut [DVec3],
@@ -149,10 +150,10 @@ impl StrainLimit {
         let length = length_squared.sqrt();
         let correction = d * (factor * (length - longest) / (length * (wi + wj)));
         if wi > 0.0 {
-            positions[i] = held.walls[i].keep_out(positions[i] + correction * wi);
+            positions[i] = held.keep_out(i, positions[i] + correction * wi);
         }
         if wj > 0.0 {
-            positions[j] = held.walls[j].keep_out(positions[j] - correction * wj);
+            positions[j] = held.keep_out(j, positions[j] - correction * wj);
         }
     }
 }
@@ -162,6 +163,14 @@ impl StrainLimit {
 struct Held<'a> {
     inverse_masses: &'a [f64],
     walls: &'a [Wall],
+}
+
+impl Held<'_> {
+    /// Where a particle that is to go to `x` may go.
+    #[inline]
+    fn keep_out(&self, particle: usize, x: DVec3) -> DVec3 {
+        self.walls.get(particle).map_or(x, |wall| wall.keep_out(x))
+    }
 }
 
 /// The half space n · x ≥ c in which a particle has to stay.
@@ -190,11 +199,6 @@ impl Wall {
 mod tests {
     use super::*;
 
-    const FREE: [Wall; 2] = [Wall {
-        normal: DVec3::ZERO,
-        offset: 0.0,
-    }; 2];
-
     fn row(particles: u32) -> StrainLimit {
         let springs = (1..particles)
             .map(|j| Spring {
@@ -221,7 +225,7 @@ mod tests {
             positions.iter().zip(&masses).map(|(x, m)| *x * *m).sum()
         };
         let before = moment(&positions);
-        let limited = limit.apply(&mut positions, &inverse, &[Wall::default(); 30]);
+        let limited = limit.apply(&mut positions, &inverse, &[]);
         assert!(limited.before > 0.3 && limited.passes > 0, "{limited:?}");
         assert!(
             limited.after <= 0.1 + SLACK && limited.passes < 200,
@@ -234,10 +238,10 @@ mod tests {
     fn pinned_particles_stay_and_two_pins_too_far_apart_are_reported() {
         let limit = row(2);
         let mut positions = vec![DVec3::ZERO, DVec3::X];
-        let limited = limit.apply(&mut positions, &[0.0, 0.0], &FREE);
+        let limited = limit.apply(&mut positions, &[0.0, 0.0], &[]);
         assert_eq!(positions, [DVec3::ZERO, DVec3::X]);
         assert!(limited.after > 8.9, "{limited:?}");
-        let limited = limit.apply(&mut positions, &[0.0, 2.0], &FREE);
+        let limited = limit.apply(&mut positions, &[0.0, 2.0], &[]);
         assert!(positions[0] == DVec3::ZERO && limited.after <= 0.1 + SLACK);
     }
 
@@ -245,7 +249,7 @@ mod tests {
     fn what_is_within_the_limit_is_left_alone() {
         let limit = row(2);
         let mut positions = vec![DVec3::ZERO, DVec3::X * 0.105];
-        assert_eq!(limit.apply(&mut positions, &[1.0, 1.0], &FREE).passes, 0);
+        assert_eq!(limit.apply(&mut positions, &[1.0, 1.0], &[]).passes, 0);
         assert_eq!(positions[1], DVec3::X * 0.105);
     }
 
