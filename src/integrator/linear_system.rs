@@ -205,6 +205,7 @@ impl LinearSystem {
             iterations,
             residual: first.residual * second.residual,
             converged: second.converged,
+            damped: false,
         };
         if !second.converged && self.direct.is_some() {
             self.direct_solves = DEARER_SOLVES;

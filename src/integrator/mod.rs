@@ -14,6 +14,7 @@ mod projective;
 mod properties;
 mod retry;
 mod rk4;
+mod surplus;
 mod symplectic_euler;
 mod verlet;
 mod xpbd;

@@ -93,6 +93,7 @@ impl Parts {
             let solve = scheme.advance(model, contacts, part, state);
             all.iterations += solve.iterations;
             all.residual = all.residual.max(solve.residual);
+            all.damped |= solve.damped;
             all.converged &= solve.converged && state.first_non_finite().is_none();
             if !all.converged && !self.to_the_end {
                 return all;

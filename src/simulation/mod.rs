@@ -376,6 +376,7 @@ impl Simulation {
         stats.solve = step.solve;
         stats.iterations += u64::from(step.solve.iterations);
         stats.unsolved += u64::from(!step.solve.converged);
+        stats.damped += u64::from(step.solve.damped);
         stats.limit_passes += u64::from(step.limited.passes);
     }
 

@@ -223,6 +223,7 @@ impl Scheme for Projective {
                     iterations,
                     residual,
                     converged,
+                    damped: false,
                 };
             }
             std::mem::swap(&mut self.gradient, &mut self.before);
