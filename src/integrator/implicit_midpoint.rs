@@ -33,8 +33,7 @@ pub(super) struct ImplicitMidpoint {
     start: State,
     /// Velocities in the middle of the step (m/s).
     middle: Vec<DVec3>,
-    /// The state and the grips before the step, in case that it is taken again.
-    before: State,
+    /// The grips before the step, in case that it is taken again.
     grips: Vec<Grip>,
     surplus: Surplus,
     /// `surplus` as it was when a step was first tried.
@@ -47,7 +46,6 @@ impl ImplicitMidpoint {
         Self {
             stage: BackwardEuler::new(model, settings),
             start: State::at_rest(zero.clone()),
-            before: State::at_rest(zero.clone()),
             grips: vec![Grip::default(); zero.len()],
             surplus: Surplus::default(),
             remembered: Surplus::default(),
@@ -119,27 +117,28 @@ impl Scheme for ImplicitMidpoint {
         model: &Model,
         contacts: &mut Contacts,
         dt: f64,
+        before: &State,
         state: &mut State,
     ) -> Solve {
-        self.before.copy_from(state);
+        state.copy_from(before);
         self.grips.clone_from(&contacts.grips);
-        let before = elastic(model, state);
+        let elastic_before = elastic(model, state);
         let solve = self.step(model, contacts, dt, state);
-        let after = elastic(model, state);
-        let made = self.made(dt, [before, after]);
+        let elastic_after = elastic(model, state);
+        let made = self.made(dt, [elastic_before, elastic_after]);
         // One step's fall, and what rounding may make of the springs.
         let floor = free_fall(model, dt).powi(2) + self.stage.rounding(model).powi(2);
-        let energy = kinetic(model, state) + after;
+        let energy = kinetic(model, state) + elastic_after;
         if self.surplus.book(made, energy, floor) {
             return solve;
         }
-        state.copy_from(&self.before);
+        state.copy_from(before);
         contacts.grips.clone_from(&self.grips);
         let Self { stage, start, .. } = self;
         let damped = newton::step(stage, start, model, contacts, dt, state);
-        let after = elastic(model, state);
-        let made = self.made(dt, [before, after]) - self.lost(model, state);
-        let energy = kinetic(model, state) + after;
+        let elastic_after = elastic(model, state);
+        let made = self.made(dt, [elastic_before, elastic_after]) - self.lost(model, state);
+        let energy = kinetic(model, state) + elastic_after;
         self.surplus.book(made.min(0.0), energy, floor);
         Solve {
             iterations: solve.iterations + damped.iterations,

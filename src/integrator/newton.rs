@@ -29,8 +29,10 @@ impl Scheme for Newton {
         model: &Model,
         contacts: &mut Contacts,
         dt: f64,
+        before: &State,
         state: &mut State,
     ) -> Solve {
+        state.copy_from(before);
         step(&mut self.stage, &mut self.start, model, contacts, dt, state)
     }
 }

@@ -73,14 +73,16 @@ impl Integrator {
         )
     }
 
-    /// The key of `solver` that says when a step counts as solved; `None` for schemes that solve nothing
-    /// or not to a tolerance.
+    /// The key of `solver` that says when a step counts as solved; `None` for schemes that solve nothing or
+    /// not to a tolerance, and for the one that ends a run when it can't meet it.
     pub fn tolerance_key(self) -> Option<&'static str> {
         match self {
-            Self::Euler | Self::SymplecticEuler | Self::Verlet | Self::Rk4 | Self::Xpbd { .. } => {
-                None
-            }
-            Self::Dopri5 { .. } => Some("tolerance"),
+            Self::Euler
+            | Self::SymplecticEuler
+            | Self::Verlet
+            | Self::Rk4
+            | Self::Dopri5 { .. }
+            | Self::Xpbd { .. } => None,
             Self::ImplicitEuler(_) => Some("linear_tolerance"),
             Self::Newton(_)
             | Self::ImplicitMidpoint(_)

@@ -122,7 +122,6 @@ impl Simulation {
     }
 
     fn step_awake(&mut self) -> Result<StepStats, Diverged> {
-        self.before.copy_from(&self.state);
         self.booked.clone_from(&self.ledger);
         self.release_pins();
         let solve = self.integrate();
@@ -182,12 +181,14 @@ impl Simulation {
             model,
             contacts,
             dt,
+            before,
             state,
             stats,
             ..
         } = self;
+        std::mem::swap(before, state);
         let solve = stats.times.time(Stage::Integrate, || {
-            scheme.advance(model, contacts, *dt, state)
+            scheme.advance(model, contacts, *dt, before, state)
         });
         state.time = end;
         model.drive(state);
