@@ -112,3 +112,72 @@ fn scale_grips(contacts: &mut Contacts, factor: f64) {
         grip.drag *= factor;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::collision::{Contact, Grip};
+    use crate::scene;
+    use glam::DVec3;
+
+    /// A scheme that fails at first, and keeps what it was given: the step (s), and the pressure, gap and
+    /// place of the first particle.
+    #[derive(Debug, Default)]
+    struct Stubborn(Vec<[f64; 4]>);
+
+    impl Scheme for Stubborn {
+        fn advance(
+            &mut self,
+            _: &Model,
+            contacts: &mut Contacts,
+            dt: f64,
+            before: &State,
+            state: &mut State,
+        ) -> Solve {
+            let grip = &mut contacts.grips[0];
+            let place = before.positions[0].y;
+            self.0
+                .push([dt, grip.pressure, contacts.list[0].gap, place]);
+            grip.pressure += dt;
+            state.copy_from(before);
+            state.positions[0].y += dt;
+            Solve {
+                converged: self.0.len() > 1,
+                ..Solve::NONE
+            }
+        }
+    }
+
+    /// Two halves after a failed step: both begin where the step did, with contacts as they were before it,
+    /// with half of its impulses, and the gap is closed once.
+    #[test]
+    fn halves_share_impulses_and_gaps_with_the_whole_step() {
+        let loaded = scene::load("hanging-cloth", &[]).unwrap();
+        let scene::Built { model, state, .. } = scene::build(&loaded).unwrap();
+        let mut contacts = Contacts::none(model.particles());
+        contacts.grips[0] = Grip {
+            pressure: 4.0,
+            ..Grip::default()
+        };
+        contacts.list.push(Contact {
+            particle: 0,
+            at: DVec3::ZERO,
+            normal: DVec3::Y,
+            gap: 0.25,
+            distance: 0.5,
+            friction: 0.0,
+        });
+        let mut before = state.clone();
+        before.positions[0].y = 1.0;
+        let mut after = state;
+        let mut retry = Retry::new(&model, Stubborn::default());
+        let solve = retry.advance(&model, &mut contacts, 1.0, &before, &mut after);
+        assert!(solve.converged);
+        let whole = [1.0, 4.0, 0.25, 1.0];
+        let halves = [[0.5, 2.0, 0.25, 1.0], [0.5, 2.5, 0.0, 1.5]];
+        assert_eq!(retry.scheme.0, [whole, halves[0], halves[1]]);
+        assert_eq!(after.positions[0].y, 2.0);
+        // 2 + ½ + ½ of each half make 6 of the whole.
+        assert_eq!(contacts.grips[0].pressure, 6.0);
+    }
+}
