@@ -19,11 +19,15 @@ impl Surplus {
     /// `energy`, kinetic and elastic (J). False, and nothing booked, when it made more than may be;
     /// `floor` (J) counts as nothing.
     pub(super) fn book(&mut self, made: f64, energy: f64, floor: f64) -> bool {
-        let sum = (self.made + made).max(0.0);
-        let most = self.most.max(energy - sum);
+        let sum = self.made + made;
+        let most = self.most.max(energy - sum.max(0.0));
+        // Never with what is no number.
         let fits = made <= 0.0 || sum <= SHARE * most + floor;
         if fits {
-            *self = Self { made: sum, most };
+            *self = Self {
+                made: sum.max(0.0),
+                most,
+            };
         }
         fits
     }
