@@ -224,9 +224,9 @@ mod tests {
             assert!(solve.converged, "{solve:?}");
             solve.iterations
         });
-        println!("{one} iterations with one level, {two} with two");
+        // 2126 and 253; 353 when the patches don't pull at each other.
         assert!(
-            3 * two < one,
+            7 * two < one,
             "{one} iterations with one level, {two} with two"
         );
     }
