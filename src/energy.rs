@@ -55,6 +55,11 @@ pub fn potential(model: &Model, state: &State) -> f64 {
     model.forces().map(|force| force.energy(state)).sum()
 }
 
+/// Elastic energy of all springs and hinges (J).
+pub fn elastic(model: &Model, state: &State) -> f64 {
+    model.stiffnesses().map(|law| law.energy(state)).sum()
+}
+
 /// ½ Σ m v² (J).
 pub fn kinetic(model: &Model, state: &State) -> f64 {
     let chunks = Chunks::of(model.particles());

@@ -126,19 +126,17 @@ fn stiffness_from_a_hundredth_to_a_hundred_million() {
     }
 }
 
-/// Schemes that damp by themselves need no damping to go on. The midpoint rule keeps the energy only of
-/// what its step resolves, so that it may end with the explanation.
+/// No implicit scheme needs damping to go on: the midpoint rule, which has none of its own, takes the
+/// steps that would make energy by implicit Euler.
 #[test]
 fn stiff_cloth_without_any_damping() {
     for name in SCHEMES.into_iter().filter(|name| is_implicit(name)) {
-        for stretch in ["1e2", "1e6"] {
+        for stretch in ["1e2", "1e4", "1e6", "1e8"] {
             let text = SHEET
                 .replace("stretch = 100.0", &format!("stretch = {stretch}"))
                 .replace(DAMPING, "");
-            let end = run_scene(name, &text, 1.0 / 60.0, 30);
-            if name != "implicit-midpoint" {
-                assert_eq!(end, End::Completed, "{name} at {stretch} N/m");
-            }
+            let end = run_scene(name, &text, 1.0 / 60.0, 60);
+            assert_eq!(end, End::Completed, "{name} at {stretch} N/m");
         }
     }
 }
@@ -202,9 +200,9 @@ fn neighbours_of_a_millionfold_mass() {
 /// has thousands of times the energy that it ever has as cloth.
 fn survives(name: &str, what: &str) -> bool {
     match name {
-        "implicit-euler" | "xpbd" | "projective" => true,
+        "implicit-euler" | "implicit-midpoint" | "xpbd" | "projective" => true,
         // Folded hinges of no width pull without bound, which ends Newton's steps.
-        "newton" | "implicit-midpoint" | "bdf2" => what != "a line",
+        "newton" | "bdf2" => what != "a line",
         "dopri5" => !what.contains("line"),
         _ => false,
     }

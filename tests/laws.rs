@@ -485,7 +485,8 @@ fn the_force_pass_is_the_sum_of_the_laws() {
             .for_each(|law| law.add_forces(state, &mut dampings));
         let pass = model.force_pass();
         let [mut all, mut of_laws, mut of_dampings] = [(); 3].map(|()| zero.clone());
-        pass.set_all(state, &mut all, |_, _| {});
+        let nothing = &mut vec![(); all.len()];
+        pass.set_all(state, &mut all, nothing, |_, _, _| {});
         pass.set_laws(state, &mut of_laws);
         pass.set_dampings(state, &mut of_dampings);
         let scale = laws

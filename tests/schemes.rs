@@ -24,6 +24,7 @@ fn run(text: &str, scheme: Integrator, dt: f64) -> Simulation {
 fn positions(text: &str, scheme: Integrator, dt: f64) -> Vec<DVec3> {
     let mut run = run(text, scheme, dt);
     run_to(&mut run, 0.25);
+    assert_eq!(run.stats().damped, 0, "{}", scheme.name());
     run.state().positions.clone()
 }
 
@@ -132,6 +133,7 @@ fn check_energy(scheme: Integrator, dt: f64) {
         kinetic = kinetic.max(Energies::of(run.model(), run.state()).kinetic);
     }
     println!("{}: {drift} J of {kinetic} J", scheme.name());
+    assert_eq!(run.stats().damped, 0, "{}", scheme.name());
     assert!(
         drift < 0.01 * kinetic,
         "{}: {drift} J of {kinetic} J",
@@ -147,6 +149,50 @@ fn verlet_keeps_the_energy() {
 #[test]
 fn implicit_midpoint_keeps_the_energy() {
     check_energy(Integrator::ImplicitMidpoint(SOLVED), 5e-4);
+}
+
+/// Stiff cloth without damping at steps that see nothing of its springs: some are damped, so that no more
+/// than a tenth of its own energy is ever added.
+#[test]
+fn implicit_midpoint_damps_what_rings() {
+    for (stretch, dt) in [
+        ("1e4", 1.0 / 60.0),
+        ("1e6", 1.0 / 60.0),
+        ("1e6", 1.0 / 240.0),
+    ] {
+        let text = SHEET
+            .replace("damping = { mass = 0.5, stiffness = 0.002 }\n", "")
+            .replace("stretch = 20.0", &format!("stretch = {stretch}"));
+        let mut run = run(&text, Integrator::ImplicitMidpoint(SOLVED), dt);
+        let start = Energies::of(run.model(), run.state()).total();
+        let (mut added, mut most) = (0.0_f64, 0.0_f64);
+        for _ in 0..300 {
+            run.step().unwrap();
+            let energies = Energies::of(run.model(), run.state());
+            added = added.max(energies.total() - start);
+            most = most.max(energies.total() - energies.gravitational);
+        }
+        let damped = run.stats().damped;
+        println!("{stretch} N/m at {dt} s: {damped} steps damped, {added} J of {most} J");
+        assert!(damped > 0 && damped < 300, "{stretch} N/m: {damped}");
+        assert!(added < 0.11 * most, "{stretch} N/m: {added} J of {most} J");
+    }
+}
+
+/// A cloth that its pins lift by 2 m has energy from them, which is none that the scheme made.
+#[test]
+fn the_work_of_pins_makes_no_step_damped() {
+    let lift = "motion = { keyframes = [{ t = 0.0, translate = [0, 0, 0] }, { t = 0.5, translate = [0, 2, 0] }] }";
+    let text = SHEET.replace("damping = { mass = 0.5, stiffness = 0.002 }\n", "") + lift;
+    let mut run = run(&text, Integrator::ImplicitMidpoint(SOLVED), 1e-3);
+    let start = Energies::of(run.model(), run.state()).total();
+    run_to(&mut run, 0.5);
+    let gained = Energies::of(run.model(), run.state()).total() - start;
+    assert!(
+        gained > 0.5 && run.stats().damped == 0,
+        "{gained} J, {:?}",
+        run.stats()
+    );
 }
 
 /// The step at which small vibrations about rest begin to grow, found by running, against the

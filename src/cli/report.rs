@@ -37,7 +37,7 @@ pub(super) fn report(scene: &str, threads: usize, finished: &Finished) -> Value 
             "max_depth_ever_m": stats.depth_ever,
             "count": simulation.contacts().list.len(),
         },
-        "solver": { "iterations": stats.iterations, "unconverged_solves": stats.unsolved, "strain_limit_passes": stats.limit_passes },
+        "solver": { "iterations": stats.iterations, "unconverged_solves": stats.unsolved, "damped_steps": stats.damped, "strain_limit_passes": stats.limit_passes },
         "peak_kinetic_j": stats.kinetic_peak,
         "outcome": outcome(finished),
     });
@@ -154,22 +154,29 @@ fn energy(finished: &Finished) -> Value {
 
 /// What a reader of the summary must not miss.
 fn warnings(report: &Value, scheme: Integrator) -> String {
-    let unsolved = report
-        .pointer("/solver/unconverged_solves")
-        .and_then(Value::as_u64)
-        .unwrap_or(0);
-    let Some(key) = scheme.tolerance_key().filter(|_| unsolved > 0) else {
-        return String::new();
-    };
-    let more = if scheme.has_most_iterations() {
-        ", more solver.iterations,"
-    } else {
-        ""
-    };
-    format!(
-        "\nWARNING: {unsolved} of {} steps were not solved to their tolerance; use a smaller --dt{more} or a larger solver.{key}",
-        report["steps"]
-    )
+    let count = |path: &str| report.pointer(path).and_then(Value::as_u64).unwrap_or(0);
+    let mut said = String::new();
+    let unsolved = count("/solver/unconverged_solves");
+    if let Some(key) = scheme.tolerance_key().filter(|_| unsolved > 0) {
+        let more = if scheme.has_most_iterations() {
+            ", more solver.iterations,"
+        } else {
+            ""
+        };
+        said += &format!(
+            "\nWARNING: {unsolved} of {} steps were not solved to their tolerance; use a smaller --dt{more} or a larger solver.{key}",
+            report["steps"]
+        );
+    }
+    let damped = count("/solver/damped_steps");
+    if damped > 0 {
+        said += &format!(
+            "\nWARNING: {damped} of {} steps were taken by implicit Euler, since {} would have made energy; use a smaller --dt or more damping.stiffness",
+            report["steps"],
+            scheme.name()
+        );
+    }
+    said
 }
 
 /// A few lines for people.

@@ -61,6 +61,12 @@ impl Contacts {
         }
     }
 
+    /// Copies other contacts of as many particles; allocates only for more contacts than ever before.
+    pub fn copy_from(&mut self, other: &Self) {
+        self.list.clone_from(&other.list);
+        self.grips.clone_from(&other.grips);
+    }
+
     /// Depth of the deepest particle below an obstacle's surface (m); 0 when all are outside.
     pub fn deepest(&self) -> f64 {
         self.list

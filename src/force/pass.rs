@@ -127,41 +127,47 @@ impl ForcePass {
     }
 
     /// Sets the forces of all laws and dampings (N). Each chunk is handed to `finish` when it is
-    /// done, with the number of its first particle.
-    pub fn set_all(
+    /// done, with the number of its first particle, and with it the same particles' share of another
+    /// list.
+    pub fn set_all<T: Send>(
         &self,
         state: &State,
         forces: &mut [DVec3],
-        finish: impl Fn(usize, &mut [DVec3]) + Sync,
+        own: &mut [T],
+        finish: impl Fn(usize, &mut [DVec3], &mut [T]) + Sync,
     ) {
-        self.set(&[&self.laws, &self.dampings], state, forces, finish);
+        self.set(&[&self.laws, &self.dampings], state, forces, own, finish);
     }
 
     /// Sets the forces of all laws without damping (N).
     pub fn set_laws(&self, state: &State, forces: &mut [DVec3]) {
-        self.set(&[&self.laws], state, forces, |_, _| {});
+        let nothing = &mut vec![(); forces.len()]; // takes no memory
+        self.set(&[&self.laws], state, forces, nothing, |_, _, _| {});
     }
 
     /// Sets the forces of all dampings (N).
     pub fn set_dampings(&self, state: &State, forces: &mut [DVec3]) {
-        self.set(&[&self.dampings], state, forces, |_, _| {});
+        let nothing = &mut vec![(); forces.len()];
+        self.set(&[&self.dampings], state, forces, nothing, |_, _, _| {});
     }
 
-    fn set(
+    fn set<T: Send>(
         &self,
         lists: &[&[Box<dyn Cut>]],
         state: &State,
         forces: &mut [DVec3],
-        finish: impl Fn(usize, &mut [DVec3]) + Sync,
+        own: &mut [T],
+        finish: impl Fn(usize, &mut [DVec3], &mut [T]) + Sync,
     ) {
-        self.chunks.for_each(forces, |chunk, forces| {
-            forces.fill(DVec3::ZERO);
-            let first = self.chunks.range(chunk).start;
-            let mut window = Window { first, forces };
-            for law in lists.iter().copied().flatten() {
-                law.add_forces(chunk, state, &mut window);
-            }
-            finish(first, window.forces);
-        });
+        self.chunks
+            .for_each_of_two(forces, own, |chunk, forces, own| {
+                forces.fill(DVec3::ZERO);
+                let first = self.chunks.range(chunk).start;
+                let mut window = Window { first, forces };
+                for law in lists.iter().copied().flatten() {
+                    law.add_forces(chunk, state, &mut window);
+                }
+                finish(first, window.forces, own);
+            });
     }
 }

@@ -65,6 +65,8 @@ pub(super) struct BackwardEuler {
     lagged: State,
     /// Change of velocity over the last step (m/s): where the next search starts.
     change: Vec<DVec3>,
+    /// Power of all forces but the weight (W) at the end of the last stage.
+    pub(super) power: f64,
 }
 
 /// A stage: where it starts, and for how long it stands.
@@ -123,6 +125,7 @@ impl BackwardEuler {
             step: zero.clone(),
             lagged: State::at_rest(zero.clone()),
             change: zero,
+            power: 0.0,
         }
     }
 
@@ -142,6 +145,7 @@ impl BackwardEuler {
         self.system.constrain(model, contacts);
         self.start(terms, velocities);
         let solve = self.iterate(terms);
+        self.power = self.power_of_forces(terms);
         self.balance_momentum(terms);
         for i in 0..velocities.len() {
             self.change[i] = self.at.velocities[i] - velocities[i];
@@ -200,6 +204,7 @@ impl BackwardEuler {
             iterations,
             residual: if scale > 0.0 { left / scale } else { 0.0 },
             converged,
+            damped: false,
         }
     }
 
@@ -263,12 +268,25 @@ impl BackwardEuler {
     }
 
     /// The size of a residual that is rounding.
-    fn rounding(&self, model: &Model) -> f64 {
+    pub(super) fn rounding(&self, model: &Model) -> f64 {
         let each = self.system.rounding(&self.at.positions);
         let squares = each
             .zip(&model.inverse_masses)
             .map(|(impulse, w)| impulse * impulse * w);
         squares.sum::<f64>().sqrt()
+    }
+
+    /// Σ v · (f + d + friction) (W) at the present iterate, of pinned particles too, with f read from what
+    /// is missing there.
+    fn power_of_forces(&self, terms: Terms<'_>) -> f64 {
+        let Terms { model, stage, .. } = terms;
+        let start = stage.start.velocities.iter();
+        let each = start.zip(&self.at.velocities).zip(&self.missing);
+        let powers = each.enumerate().map(|(i, ((start, v), missing))| {
+            let force = (*missing - (*start - *v) * model.masses[i]) / stage.gamma;
+            v.dot(force - model.gravity.acceleration * model.gravity.masses[i])
+        });
+        powers.sum()
     }
 
     /// Supplies the momentum that a free cloth still misses, by a uniform velocity: inner forces stay.

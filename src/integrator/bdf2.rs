@@ -61,8 +61,10 @@ impl Scheme for Bdf2 {
         model: &Model,
         contacts: &mut Contacts,
         dt: f64,
+        before: &State,
         state: &mut State,
     ) -> Solve {
+        state.copy_from(before);
         let History {
             dt: last,
             previous,

@@ -145,7 +145,15 @@ impl Scheme for Dopri5 {
     /// any particle: a mean would hide what goes wrong at a corner. What would be unstable has a large
     /// error: stiff cloth is stepped at its stable step. Not solved when that takes too many steps: the
     /// state is then short of the end.
-    fn advance(&mut self, model: &Model, _: &mut Contacts, dt: f64, state: &mut State) -> Solve {
+    fn advance(
+        &mut self,
+        model: &Model,
+        _: &mut Contacts,
+        dt: f64,
+        before: &State,
+        state: &mut State,
+    ) -> Solve {
+        state.copy_from(before);
         let end = state.time + dt;
         let mut solve = Solve::NONE;
         self.step = if self.step > 0.0 {

@@ -1,26 +1,22 @@
 //! Explicit (forward) Euler: the scheme that shows why not.
 
 use super::Scheme;
-use super::explicit::{Accelerations, update};
+use super::explicit::Accelerations;
 use crate::collision::Contacts;
 use crate::linear::Solve;
 use crate::model::Model;
 use crate::state::State;
-use glam::DVec3;
 
-/// The scheme's pass and work array.
+/// The scheme's pass.
 #[derive(Debug)]
 pub(super) struct Euler {
     pass: Accelerations,
-    /// Acceleration of each particle (m/s²).
-    accelerations: Vec<DVec3>,
 }
 
 impl Euler {
     pub(super) fn new(model: &Model) -> Self {
         Self {
             pass: Accelerations::new(model),
-            accelerations: vec![DVec3::ZERO; model.particles()],
         }
     }
 }
@@ -30,12 +26,16 @@ impl Scheme for Euler {
     ///
     /// Feeds energy into every undamped oscillation, |amplification| = √(1 + ω² dt²) a step: stable
     /// only for dt ≤ c/ω², c the damping of the mode. First order.
-    fn advance(&mut self, model: &Model, _: &mut Contacts, dt: f64, state: &mut State) -> Solve {
-        self.pass.set(model, state, &mut self.accelerations);
-        update(state, &mut self.accelerations, |_, x, v, a| {
-            *x += *v * dt;
-            *v += *a * dt;
-        });
+    fn advance(
+        &mut self,
+        model: &Model,
+        _: &mut Contacts,
+        dt: f64,
+        before: &State,
+        state: &mut State,
+    ) -> Solve {
+        self.pass
+            .step(model, before, state, |[x, v], a| [x + v * dt, v + a * dt]);
         Solve::NONE
     }
 }

@@ -23,16 +23,49 @@ impl Accelerations {
         }
     }
 
-    /// Sets f(x, v)/m of each particle (m/s²), all laws and dampings; 0 for pinned ones.
-    pub(super) fn set(&mut self, model: &Model, state: &State, accelerations: &mut [DVec3]) {
+    /// Sets `state` to what `kernel` makes of each particle's [x, v] before and its f(x, v)/m (m/s²), all in
+    /// one pass: beyond the second-level cache, a pass over memory takes as long as the springs.
+    pub(super) fn step(
+        &mut self,
+        model: &Model,
+        before: &State,
+        state: &mut State,
+        kernel: impl Fn([DVec3; 2], DVec3) -> [DVec3; 2] + Sync,
+    ) {
+        self.keep_up(model);
+        let State {
+            positions,
+            velocities,
+            ..
+        } = state;
+        // The forces stand where the new velocities will.
+        self.pass
+            .set_all(before, velocities, positions, |first, forces, x| {
+                for (k, (v, x)) in forces.iter_mut().zip(x).enumerate() {
+                    let i = first + k;
+                    let a = *v * model.inverse_masses[i];
+                    [*x, *v] = kernel([before.positions[i], before.velocities[i]], a);
+                }
+            });
+    }
+
+    /// Cuts the laws anew when pins have let go.
+    fn keep_up(&mut self, model: &Model) {
         if self.released != model.released() {
             *self = Self::new(model);
         }
-        self.pass.set_all(state, accelerations, |first, forces| {
-            for (a, &w) in forces.iter_mut().zip(&model.inverse_masses[first..]) {
-                *a *= w;
-            }
-        });
+    }
+
+    /// Sets f(x, v)/m of each particle (m/s²), all laws and dampings; 0 for pinned ones.
+    pub(super) fn set(&mut self, model: &Model, state: &State, accelerations: &mut [DVec3]) {
+        self.keep_up(model);
+        let nothing = &mut vec![(); accelerations.len()]; // takes no memory
+        self.pass
+            .set_all(state, accelerations, nothing, |first, forces, _| {
+                for (a, &w) in forces.iter_mut().zip(&model.inverse_masses[first..]) {
+                    *a *= w;
+                }
+            });
     }
 }
 

@@ -42,8 +42,10 @@ impl Scheme for ImplicitEuler {
         model: &Model,
         contacts: &mut Contacts,
         dt: f64,
+        before: &State,
         state: &mut State,
     ) -> Solve {
+        state.copy_from(before);
         let Self {
             linear,
             system,
@@ -71,10 +73,11 @@ impl Scheme for ImplicitEuler {
     }
 }
 
-/// The scale below which residuals don't matter: the impulse of free fall during a time (s), weighted by
-/// M^-½ (N·s/√kg).
+/// The scale below which residuals don't matter: the impulse of free fall of what isn't pinned during a
+/// time (s), weighted by M^-½ (N·s/√kg).
 pub(super) fn free_fall(model: &Model, time: f64) -> f64 {
-    let mass: f64 = model.masses.iter().sum();
+    let each = model.masses.iter().zip(&model.inverse_masses);
+    let mass: f64 = each.map(|(m, w)| if *w > 0.0 { *m } else { 0.0 }).sum();
     time * model.gravity.acceleration.length() * mass.sqrt()
 }
 

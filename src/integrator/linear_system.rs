@@ -183,55 +183,73 @@ impl LinearSystem {
             self.direct_solves -= 1;
             return self.factor_and_solve(b, v, limits(MAX_ITERATIONS));
         }
-        let coarse = self.coarse_solves > 0;
+        let mut coarse = self.coarse_solves > 0 && self.prepare_coarse();
         self.coarse_solves = self.coarse_solves.saturating_sub(1);
-        let first = self.iterate(b, v, limits(FIRST_ITERATIONS), coarse);
-        if !coarse && first.iterations > COARSE_FROM {
+        let mut solve = self.iterate(b, v, limits(FIRST_ITERATIONS), coarse);
+        if !coarse && solve.iterations > COARSE_FROM {
             self.coarse_solves = DEARER_SOLVES;
         }
-        if first.converged {
-            return first;
+        if !coarse && !solve.converged {
+            coarse = self.prepare_coarse();
+            solve = self.go_on(b, v, limits(FIRST_ITERATIONS), coarse, solve);
+        }
+        if solve.converged {
+            return solve;
         }
         let even = self.direct().map_or(MAX_ITERATIONS, |direct| direct.worth);
-        // What is left to gain is relative to the first residual, not to the one reached by now.
-        let rest = Limits {
-            tolerance: (limits(0).tolerance / first.residual.max(f64::MIN_POSITIVE)).min(1.0),
-            floor: 0.0,
-            max_iterations: even.saturating_sub(FIRST_ITERATIONS),
-        };
-        let second = self.iterate(b, v, rest, true);
-        let iterations = first.iterations + second.iterations;
-        let mut solve = Solve {
-            iterations,
-            residual: first.residual * second.residual,
-            converged: second.converged,
-        };
-        if !second.converged && self.direct.is_some() {
+        let rest = limits(even.saturating_sub(solve.iterations));
+        solve = self.go_on(b, v, rest, coarse, solve);
+        if !solve.converged && self.direct.is_some() {
             self.direct_solves = DEARER_SOLVES;
+            let iterations = solve.iterations;
             solve = self.factor_and_solve(b, v, limits(MAX_ITERATIONS));
             solve.iterations += iterations;
         }
         solve
     }
 
-    /// Conjugate gradients, with the coarse level if asked for and of use.
-    fn iterate(&mut self, b: &[DVec3], v: &mut [DVec3], limits: Limits, coarse: bool) -> Solve {
-        if coarse && self.coarse.is_none() {
-            self.coarse = Coarse::new(&self.matrix);
+    /// More conjugate gradients from where the last ended.
+    fn go_on(
+        &mut self,
+        b: &[DVec3],
+        v: &mut [DVec3],
+        limits: Limits,
+        coarse: bool,
+        last: Solve,
+    ) -> Solve {
+        // What is left to gain is relative to the first residual, not to the one reached by now.
+        let rest = Limits {
+            tolerance: (limits.tolerance / last.residual.max(f64::MIN_POSITIVE)).min(1.0),
+            floor: 0.0,
+            ..limits
+        };
+        let solve = self.iterate(b, v, rest, coarse);
+        Solve {
+            iterations: last.iterations + solve.iterations,
+            residual: last.residual * solve.residual,
+            ..solve
         }
-        let level = self.coarse.as_mut().filter(|_| coarse);
-        let level = level.and_then(|level| {
-            let prepared = level.prepare(&self.matrix, &self.constraints);
-            prepared.ok().map(|()| &*level)
-        });
+    }
+
+    /// Conjugate gradients, with the coarse level if asked for; it has to be prepared.
+    fn iterate(&mut self, b: &[DVec3], v: &mut [DVec3], limits: Limits, coarse: bool) -> Solve {
         let system = System {
             matrix: &self.matrix,
             constraints: &self.constraints,
             inverse: &self.inverse,
-            coarse: level,
+            coarse: self.coarse.as_ref().filter(|_| coarse),
             b,
         };
         self.iterative.solve(system, v, limits)
+    }
+
+    /// Factorises the coarse level of the present matrix; false when it is of no use.
+    fn prepare_coarse(&mut self) -> bool {
+        if self.coarse.is_none() {
+            self.coarse = Coarse::new(&self.matrix);
+        }
+        let level = self.coarse.as_mut();
+        level.is_some_and(|level| level.prepare(&self.matrix, &self.constraints).is_ok())
     }
 
     /// The factorisation's work space, if the factor fits into memory.
@@ -248,7 +266,8 @@ impl LinearSystem {
     fn factor_and_solve(&mut self, b: &[DVec3], v: &mut [DVec3], limits: Limits) -> Solve {
         self.matrix.multiply(v, &mut self.product);
         let Some(direct) = &mut self.direct else {
-            return self.iterate(b, v, limits, true);
+            let coarse = self.prepare_coarse();
+            return self.iterate(b, v, limits, coarse);
         };
         for (i, constraint) in self.constraints.iter().enumerate() {
             direct.unknown[i] = constraint.project(b[i] - self.product[i]);
@@ -257,7 +276,8 @@ impl LinearSystem {
         if factored.is_err() {
             // Not positive definite to rounding: what conjugate gradients make of it is better than nothing.
             self.direct_solves = 0;
-            return self.iterate(b, v, limits, true);
+            let coarse = self.prepare_coarse();
+            return self.iterate(b, v, limits, coarse);
         }
         direct.cholesky.solve(&mut direct.unknown);
         for (v, (u, constraint)) in v

@@ -14,6 +14,7 @@ mod projective;
 mod properties;
 mod retry;
 mod rk4;
+mod surplus;
 mod symplectic_euler;
 mod verlet;
 mod xpbd;
@@ -186,10 +187,10 @@ impl Integrator {
 
 /// A scheme at work.
 pub trait Scheme: Debug + Send {
-    /// Advances positions and velocities by `dt` (s). The state's time is that of the start and may be
-    /// changed on the way; what it is afterwards, and where driven particles end, is the caller's.
+    /// Sets `state` to what `before` is `dt` (s) later. What it holds at first means nothing; its time at
+    /// the end, and where driven particles end, is the caller's.
     ///
-    /// Driven particles are exact at the start. A scheme that asks for forces later in the step calls
+    /// Driven particles are exact before. A scheme that asks for forces later in the step calls
     /// [`Model::drive`] at the state's time then.
     ///
     /// `contacts` are those that the last step left; the scheme may use and update their grips.
@@ -198,6 +199,7 @@ pub trait Scheme: Debug + Send {
         model: &Model,
         contacts: &mut Contacts,
         dt: f64,
+        before: &State,
         state: &mut State,
     ) -> Solve;
 

@@ -24,29 +24,42 @@ impl Newton {
 }
 
 impl Scheme for Newton {
-    /// M (v₁ − v₀) = dt f(x₁, v₁), x₁ = x₀ + dt v₁. First order; damps every oscillation, by a ratio of
-    /// ω dt/2 of the critical one.
     fn advance(
         &mut self,
         model: &Model,
         contacts: &mut Contacts,
         dt: f64,
+        before: &State,
         state: &mut State,
     ) -> Solve {
-        self.start.copy_from(state);
-        let velocities = &mut state.velocities;
-        aim(model, state.time + dt, dt, &mut self.start, velocities);
-        let stage = Stage {
-            start: &self.start,
-            gamma: dt,
-            dt,
-            positions: &self.start.positions,
-            share: 1.0,
-        };
-        let solve = self.stage.solve(model, contacts, stage, velocities);
-        for (x, v) in state.positions.iter_mut().zip(velocities) {
-            *x += *v * dt;
-        }
-        solve
+        state.copy_from(before);
+        step(&mut self.stage, &mut self.start, model, contacts, dt, state)
     }
+}
+
+/// M (v₁ − v₀) = dt f(x₁, v₁), x₁ = x₀ + dt v₁. First order; damps every oscillation, by a ratio of
+/// ω dt/2 of the critical one. `start` becomes x₀ and v₀.
+pub(super) fn step(
+    solver: &mut BackwardEuler,
+    start: &mut State,
+    model: &Model,
+    contacts: &mut Contacts,
+    dt: f64,
+    state: &mut State,
+) -> Solve {
+    start.copy_from(state);
+    let velocities = &mut state.velocities;
+    aim(model, state.time + dt, dt, start, velocities);
+    let stage = Stage {
+        start,
+        gamma: dt,
+        dt,
+        positions: &start.positions,
+        share: 1.0,
+    };
+    let solve = solver.solve(model, contacts, stage, velocities);
+    for (x, v) in state.positions.iter_mut().zip(velocities) {
+        *x += *v * dt;
+    }
+    solve
 }

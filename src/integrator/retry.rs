@@ -13,7 +13,9 @@ const MAX_HALVINGS: u32 = 4;
 #[derive(Debug)]
 pub(super) struct Retry<S> {
     scheme: S,
+    /// The state before the present part of a step.
     start: State,
+    /// The contacts before the step.
     contacts: Contacts,
 }
 
@@ -25,6 +27,46 @@ impl<S: Scheme> Retry<S> {
             contacts: model.no_contacts(),
         }
     }
+
+    /// `count` steps that together last `dt` (s), or those up to the first that fails, unless `to_the_end`.
+    fn advance_in_parts(
+        &mut self,
+        model: &Model,
+        contacts: &mut Contacts,
+        (dt, count, to_the_end): (f64, u32, bool),
+        before: &State,
+        state: &mut State,
+    ) -> Solve {
+        let share = f64::from(count).recip();
+        let part = dt * share;
+        // Grips hold the impulses of a whole step.
+        scale_grips(contacts, share);
+        let mut all = Solve::NONE;
+        for k in 1..=count {
+            let start = if k == 1 {
+                before
+            } else {
+                self.start.copy_from(state);
+                &self.start
+            };
+            let solve = self.scheme.advance(model, contacts, part, start, state);
+            all.iterations += solve.iterations;
+            all.residual = all.residual.max(solve.residual);
+            all.damped |= solve.damped;
+            all.converged &= solve.converged && state.first_non_finite().is_none();
+            if !all.converged && !to_the_end {
+                return all;
+            }
+            state.time = before.time + f64::from(k) * part;
+            model.drive(state);
+            // The first part has closed the gaps, which are measured again after the step.
+            for contact in &mut contacts.list {
+                contact.gap = contact.gap.min(0.0);
+            }
+        }
+        scale_grips(contacts, f64::from(count));
+        all
+    }
 }
 
 impl<S: Scheme> Scheme for Retry<S> {
@@ -35,24 +77,17 @@ impl<S: Scheme> Scheme for Retry<S> {
         model: &Model,
         contacts: &mut Contacts,
         dt: f64,
+        before: &State,
         state: &mut State,
     ) -> Solve {
-        self.start.copy_from(state);
-        self.contacts.clone_from(contacts);
+        self.contacts.copy_from(contacts);
         self.scheme.remember();
         let mut iterations = 0;
-        for halvings in 0..=MAX_HALVINGS {
-            if halvings > 0 {
-                state.copy_from(&self.start);
-                contacts.clone_from(&self.contacts);
-                self.scheme.recall();
-            }
+        let mut halvings = 0;
+        loop {
             let last = halvings == MAX_HALVINGS;
-            let parts = Parts {
-                count: 1 << halvings,
-                to_the_end: last,
-            };
-            let solve = parts.advance(&mut self.scheme, model, contacts, dt, state);
+            let parts = (dt, 1 << halvings, last);
+            let solve = self.advance_in_parts(model, contacts, parts, before, state);
             iterations += solve.iterations;
             if last || solve.converged {
                 return Solve {
@@ -60,51 +95,10 @@ impl<S: Scheme> Scheme for Retry<S> {
                     ..solve
                 };
             }
+            contacts.copy_from(&self.contacts);
+            self.scheme.recall();
+            halvings += 1;
         }
-        Solve::NONE // not reached: the last attempt returns
-    }
-}
-
-/// A step in equal parts.
-#[derive(Clone, Copy)]
-struct Parts {
-    count: u32,
-    /// Whether to go on after a part that failed.
-    to_the_end: bool,
-}
-
-impl Parts {
-    /// Steps that together last `dt` (s), or those up to the first that fails.
-    fn advance(
-        self,
-        scheme: &mut impl Scheme,
-        model: &Model,
-        contacts: &mut Contacts,
-        dt: f64,
-        state: &mut State,
-    ) -> Solve {
-        let (start, count) = (state.time, f64::from(self.count));
-        let part = dt / count;
-        // Grips hold the impulses of a whole step.
-        scale_grips(contacts, 1.0 / count);
-        let mut all = Solve::NONE;
-        for k in 0..self.count {
-            let solve = scheme.advance(model, contacts, part, state);
-            all.iterations += solve.iterations;
-            all.residual = all.residual.max(solve.residual);
-            all.converged &= solve.converged && state.first_non_finite().is_none();
-            if !all.converged && !self.to_the_end {
-                return all;
-            }
-            state.time = start + f64::from(k + 1) * part;
-            model.drive(state);
-            // The first part has closed the gaps, which are measured again after the step.
-            for contact in &mut contacts.list {
-                contact.gap = contact.gap.min(0.0);
-            }
-        }
-        scale_grips(contacts, count);
-        all
     }
 }
 
@@ -115,5 +109,74 @@ fn scale_grips(contacts: &mut Contacts, factor: f64) {
     for grip in &mut contacts.grips {
         grip.pressure *= factor;
         grip.drag *= factor;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::collision::{Contact, Grip};
+    use crate::scene;
+    use glam::DVec3;
+
+    /// A scheme that fails at first, and keeps what it was given: the step (s), and the pressure, gap and
+    /// place of the first particle.
+    #[derive(Debug, Default)]
+    struct Stubborn(Vec<[f64; 4]>);
+
+    impl Scheme for Stubborn {
+        fn advance(
+            &mut self,
+            _: &Model,
+            contacts: &mut Contacts,
+            dt: f64,
+            before: &State,
+            state: &mut State,
+        ) -> Solve {
+            let grip = &mut contacts.grips[0];
+            let place = before.positions[0].y;
+            self.0
+                .push([dt, grip.pressure, contacts.list[0].gap, place]);
+            grip.pressure += dt;
+            state.copy_from(before);
+            state.positions[0].y += dt;
+            Solve {
+                converged: self.0.len() > 1,
+                ..Solve::NONE
+            }
+        }
+    }
+
+    /// Two halves after a failed step: both begin where the step did, with contacts as they were before it,
+    /// with half of its impulses, and the gap is closed once.
+    #[test]
+    fn halves_share_impulses_and_gaps_with_the_whole_step() {
+        let loaded = scene::load("hanging-cloth", &[]).unwrap();
+        let scene::Built { model, state, .. } = scene::build(&loaded).unwrap();
+        let mut contacts = Contacts::none(model.particles());
+        contacts.grips[0] = Grip {
+            pressure: 4.0,
+            ..Grip::default()
+        };
+        contacts.list.push(Contact {
+            particle: 0,
+            at: DVec3::ZERO,
+            normal: DVec3::Y,
+            gap: 0.25,
+            distance: 0.5,
+            friction: 0.0,
+        });
+        let mut before = state.clone();
+        before.positions[0].y = 1.0;
+        let mut after = state;
+        let mut retry = Retry::new(&model, Stubborn::default());
+        let solve = retry.advance(&model, &mut contacts, 1.0, &before, &mut after);
+        assert!(solve.converged);
+        let whole = [1.0, 4.0, 0.25, 1.0];
+        let halves = [[0.5, 2.0, 0.25, 1.0], [0.5, 2.5, 0.0, 1.5]];
+        assert_eq!(retry.scheme.0, [whole, halves[0], halves[1]]);
+        assert_eq!(after.positions[0].y, 2.0);
+        // 2 + ½ + ½ of each half make 6 of the whole.
+        assert_eq!(contacts.grips[0].pressure, 6.0);
     }
 }

@@ -14,8 +14,6 @@ use glam::DVec3;
 #[derive(Debug)]
 pub(super) struct Rk4 {
     pass: Accelerations,
-    /// The state at the start of the step.
-    start: State,
     /// Acceleration of the present stage (m/s²).
     accelerations: Vec<DVec3>,
     /// Weighted sums of the stages' velocities and accelerations.
@@ -35,7 +33,6 @@ impl Rk4 {
         let zero = vec![DVec3::ZERO; model.particles()];
         Self {
             pass: Accelerations::new(model),
-            start: State::at_rest(zero.clone()),
             sums: vec![[DVec3::ZERO; 2]; zero.len()],
             accelerations: zero,
         }
@@ -46,14 +43,20 @@ impl Scheme for Rk4 {
     /// Four stages: slopes at the start, twice in the middle and at the end, weighted 1 : 2 : 2 : 1.
     ///
     /// Fourth order on smooth problems; stable for dt ω ≤ 2√2 without damping, and slightly damping.
-    fn advance(&mut self, model: &Model, _: &mut Contacts, dt: f64, state: &mut State) -> Solve {
+    fn advance(
+        &mut self,
+        model: &Model,
+        _: &mut Contacts,
+        dt: f64,
+        before: &State,
+        state: &mut State,
+    ) -> Solve {
+        state.copy_from(before);
         let Self {
             pass,
-            start,
             accelerations,
             sums,
         } = self;
-        start.copy_from(state);
         sums.fill([DVec3::ZERO; 2]);
         for (weight, ahead) in STAGES {
             pass.set(model, state, accelerations);
@@ -61,15 +64,15 @@ impl Scheme for Rk4 {
                 let (speed, a) = (*v, accelerations[i]);
                 sums[0] += speed * weight;
                 sums[1] += a * weight;
-                *x = start.positions[i] + speed * (ahead * dt);
-                *v = start.velocities[i] + a * (ahead * dt);
+                *x = before.positions[i] + speed * (ahead * dt);
+                *v = before.velocities[i] + a * (ahead * dt);
             });
-            state.time = start.time + ahead * dt;
+            state.time = before.time + ahead * dt;
             model.drive(state);
         }
         update(state, sums, |i, x, v, sums| {
-            *x = start.positions[i] + sums[0] * dt;
-            *v = start.velocities[i] + sums[1] * dt;
+            *x = before.positions[i] + sums[0] * dt;
+            *v = before.velocities[i] + sums[1] * dt;
         });
         Solve::NONE
     }

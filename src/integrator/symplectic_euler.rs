@@ -1,26 +1,22 @@
 //! Symplectic (semi-implicit) Euler.
 
 use super::Scheme;
-use super::explicit::{Accelerations, update};
+use super::explicit::Accelerations;
 use crate::collision::Contacts;
 use crate::linear::Solve;
 use crate::model::Model;
 use crate::state::State;
-use glam::DVec3;
 
-/// The scheme's pass and work array.
+/// The scheme's pass.
 #[derive(Debug)]
 pub(super) struct SymplecticEuler {
     pass: Accelerations,
-    /// Acceleration of each particle (m/s²).
-    accelerations: Vec<DVec3>,
 }
 
 impl SymplecticEuler {
     pub(super) fn new(model: &Model) -> Self {
         Self {
             pass: Accelerations::new(model),
-            accelerations: vec![DVec3::ZERO; model.particles()],
         }
     }
 }
@@ -29,11 +25,17 @@ impl Scheme for SymplecticEuler {
     /// v ← v + dt f(x, v)/m, then x ← x + dt v with the new velocity.
     ///
     /// Stable for dt ω ≤ 2 without damping, ω² the largest eigenvalue of M⁻¹K; first order.
-    fn advance(&mut self, model: &Model, _: &mut Contacts, dt: f64, state: &mut State) -> Solve {
-        self.pass.set(model, state, &mut self.accelerations);
-        update(state, &mut self.accelerations, |_, x, v, a| {
-            *v += *a * dt;
-            *x += *v * dt;
+    fn advance(
+        &mut self,
+        model: &Model,
+        _: &mut Contacts,
+        dt: f64,
+        before: &State,
+        state: &mut State,
+    ) -> Solve {
+        self.pass.step(model, before, state, |[x, v], a| {
+            let v = v + a * dt;
+            [x + v * dt, v]
         });
         Solve::NONE
     }

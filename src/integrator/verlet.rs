@@ -18,10 +18,11 @@ pub(super) struct Verlet {
     pass: ForcePass,
     /// Forces of the laws (N) at `at`, which the next step begins with.
     forces: Vec<DVec3>,
-    /// Positions at which `forces` was taken (m): limits and contact may have moved particles since.
+    /// Positions at which `forces` was taken (m), where limits or contact may have moved particles since;
+    /// empty without them.
     at: Vec<DVec3>,
-    /// Releases of pins that had happened then: they change stiffnesses.
-    released: usize,
+    /// Releases of pins that had happened then: they change stiffnesses. None before the first step.
+    released: Option<usize>,
     /// Forces of damping (N).
     damping: Vec<DVec3>,
     /// Velocities in the middle of the step (m/s).
@@ -31,12 +32,12 @@ pub(super) struct Verlet {
 impl Verlet {
     pub(super) fn new(model: &Model) -> Self {
         let zero = vec![DVec3::ZERO; model.particles()];
+        let moves = model.strain_limit.is_some() || !model.obstacles.is_empty();
         Self {
             pass: model.force_pass(),
             forces: zero.clone(),
-            // Nowhere: the first step takes the forces.
-            at: vec![DVec3::NAN; model.particles()],
-            released: 0,
+            at: vec![DVec3::ZERO; if moves { model.particles() } else { 0 }],
+            released: None,
             damping: zero.clone(),
             middle: zero,
         }
@@ -49,7 +50,14 @@ impl Scheme for Verlet {
     /// Damping asks for v₁ itself on the right; the prediction v̂ is off by dt², which leaves the
     /// scheme of second order. Without damping it is symplectic and stable for dt ω ≤ 2. One pass of
     /// the laws' forces a step.
-    fn advance(&mut self, model: &Model, _: &mut Contacts, dt: f64, state: &mut State) -> Solve {
+    fn advance(
+        &mut self,
+        model: &Model,
+        _: &mut Contacts,
+        dt: f64,
+        before: &State,
+        state: &mut State,
+    ) -> Solve {
         let Self {
             pass,
             forces,
@@ -58,28 +66,29 @@ impl Scheme for Verlet {
             middle,
             released,
         } = self;
-        if *released != model.released() {
+        if *released != Some(model.released()) {
             *pass = model.force_pass(); // hinges at clamps have changed
         }
         // Where pins are driven differs in the last bit from where they were driven to.
-        let stays = |i: usize| at[i] == state.positions[i] || model.is_pinned(i);
-        if *released != model.released() || !(0..at.len()).all(stays) {
-            *released = model.released();
-            pass.set_laws(state, forces);
+        let stays = |i: usize| at[i] == before.positions[i] || model.is_pinned(i);
+        if *released != Some(model.released()) || !(0..at.len()).all(stays) {
+            *released = Some(model.released());
+            pass.set_laws(before, forces);
         }
-        pass.set_dampings(state, damping);
+        pass.set_dampings(before, damping);
         let half = |i: usize| 0.5 * dt * model.inverse_masses[i];
         update(state, middle, |i, x, v, middle| {
             let gain = (forces[i] + damping[i]) * half(i);
-            *middle = *v + gain;
-            *x += *middle * dt;
+            *middle = before.velocities[i] + gain;
+            *x = before.positions[i] + *middle * dt;
             *v = *middle + gain;
         });
-        state.time += dt;
+        state.time = before.time + dt;
         model.drive(state);
         pass.set_laws(state, forces);
         pass.set_dampings(state, damping);
-        at.copy_from_slice(&state.positions);
+        let moves = at.len();
+        at.copy_from_slice(&state.positions[..moves]);
         update(state, middle, |i, _, v, middle| {
             *v = *middle + (forces[i] + damping[i]) * half(i);
         });

@@ -57,11 +57,23 @@ impl Chunks {
 
     /// Works on every chunk of a list, on all threads of the pool it is called in.
     pub fn for_each<T: Send>(self, list: &mut [T], work: impl Fn(usize, &mut [T]) + Sync) {
+        let nothing = &mut vec![(); list.len()]; // takes no memory
+        self.for_each_of_two(list, nothing, |chunk, part, _| work(chunk, part));
+    }
+
+    /// The same with two lists of one length.
+    pub fn for_each_of_two<T: Send, U: Send>(
+        self,
+        first: &mut [T],
+        second: &mut [U],
+        work: impl Fn(usize, &mut [T], &mut [U]) + Sync,
+    ) {
         if self.count() == 1 {
-            work(0, list); // not worth waking anybody
+            work(0, first, second); // not worth waking anybody
         } else {
-            let each = list.par_chunks_mut(self.size).enumerate();
-            each.for_each(|(chunk, part)| work(chunk, part));
+            let each = first.par_chunks_mut(self.size);
+            let each = each.zip(second.par_chunks_mut(self.size)).enumerate();
+            each.for_each(|(chunk, (first, second))| work(chunk, first, second));
         }
     }
 

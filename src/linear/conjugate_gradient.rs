@@ -32,6 +32,8 @@ pub struct Solve {
     pub residual: f64,
     /// Whether the tolerance was reached.
     pub converged: bool,
+    /// Whether a step was taken by implicit Euler, since its own scheme would have made energy.
+    pub damped: bool,
 }
 
 impl Solve {
@@ -40,6 +42,7 @@ impl Solve {
         iterations: 0,
         residual: 0.0,
         converged: true,
+        damped: false,
     };
 }
 
@@ -207,6 +210,7 @@ impl<'a> Shared<'a> {
             iterations,
             residual,
             converged: norm <= goal,
+            damped: false,
         }
     }
 

@@ -247,4 +247,37 @@ mod tests {
             loops(0);
         });
     }
+
+    /// Teams within works that keep threads awake, several at once in one pool, as simulations side by side
+    /// have them: each is done once and whole.
+    #[test]
+    fn teams_work_while_threads_are_kept_awake() {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(3).build();
+        let steps = |_| {
+            for _ in 0..100 {
+                let done = AtomicUsize::new(0);
+                let mut list = [1_u64; 64];
+                let threads = awake(|| {
+                    list.par_iter_mut().for_each(|x| *x += 1);
+                    let threads = run(3, |member| {
+                        for _ in 0..3 {
+                            let own = member.share(64).len();
+                            done.fetch_add(own, Ordering::Relaxed);
+                            member.wait();
+                        }
+                        member.threads
+                    });
+                    list.par_iter_mut().for_each(|x| *x += 1);
+                    threads
+                });
+                assert!((1..=3).contains(&threads));
+                assert_eq!(done.into_inner(), 3 * 64);
+                assert!(list.iter().all(|x| *x == 3));
+            }
+        };
+        pool.unwrap().install(|| {
+            steps(0);
+            (0..8).into_par_iter().for_each(steps);
+        });
+    }
 }

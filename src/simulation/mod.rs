@@ -121,7 +121,6 @@ impl Simulation {
     }
 
     fn step_awake(&mut self) -> Result<StepStats, Diverged> {
-        self.before.copy_from(&self.state);
         self.booked.clone_from(&self.ledger);
         self.release_pins();
         let solve = self.integrate();
@@ -181,12 +180,14 @@ impl Simulation {
             model,
             contacts,
             dt,
+            before,
             state,
             stats,
             ..
         } = self;
+        std::mem::swap(before, state);
         let solve = stats.times.time(Stage::Integrate, || {
-            scheme.advance(model, contacts, *dt, state)
+            scheme.advance(model, contacts, *dt, before, state)
         });
         state.time = end;
         model.drive(state);
@@ -376,6 +377,7 @@ impl Simulation {
         stats.solve = step.solve;
         stats.iterations += u64::from(step.solve.iterations);
         stats.unsolved += u64::from(!step.solve.converged);
+        stats.damped += u64::from(step.solve.damped);
         stats.limit_passes += u64::from(step.limited.passes);
     }
 

@@ -24,6 +24,8 @@ pub struct Stats {
     pub iterations: u64,
     /// Solves that ended before their tolerance.
     pub unsolved: u64,
+    /// Steps that implicit Euler took, since the scheme would have made energy.
+    pub damped: u64,
     /// Passes of strain limiting.
     pub limit_passes: u64,
     /// Where the time went.

@@ -1,5 +1,7 @@
 //! Time at equal error: what a simulated sixtieth of a second costs under each scheme, how far it is
 //! from the reference then, and how far its springs are stretched. `cargo bench --bench schemes`.
+//!
+//! With `-- sizes`: what a step costs a particle as the sheet gets finer.
 
 use glam::DVec3;
 use muslin::integrator::{Integrator, Linear, Nonlinear};
@@ -23,10 +25,12 @@ select = { corner = ["left-near", "right-near"] }
 /// When states are compared (s).
 const END: f64 = 0.5;
 
-/// The sheet at its start.
-fn sheet(scheme: Integrator, dt: f64) -> Simulation {
+/// The sheet at its start, with some particles along each side.
+fn sheet(side: u32, scheme: Integrator, dt: f64) -> Simulation {
+    let cells = side - 1;
+    let text = SHEET.replace("[99, 99]", &format!("[{cells}, {cells}]"));
     let path = std::env::temp_dir().join(format!("muslin-bench-{}.toml", std::process::id()));
-    let loaded = std::fs::write(&path, SHEET).map(|()| scene::load(&path.to_string_lossy(), &[]));
+    let loaded = std::fs::write(&path, text).map(|()| scene::load(&path.to_string_lossy(), &[]));
     let loaded = loaded.unwrap_or_else(|e| panic!("{}: {e}", path.display()));
     let loaded = loaded.unwrap_or_else(|error| panic!("{error}"));
     let _ = std::fs::remove_file(path);
@@ -58,11 +62,60 @@ fn distances(a: &[DVec3], b: &[DVec3]) -> [f64; 2] {
     [mean.sqrt(), squares().fold(0.0, f64::max).sqrt()]
 }
 
+/// Particles along the sheet's side: twice as many particles from each to the next.
+const SIDES: [u32; 8] = [100, 141, 200, 283, 400, 566, 800, 1000];
+
+/// Prints nanoseconds a particle and step on two threads, of schemes whose steps should cost as much at
+/// any size; `stable` (s) is the stable step of the coarsest sheet.
+fn print_sizes(stable: f64) {
+    let schemes = [
+        Integrator::SymplecticEuler,
+        Integrator::Verlet,
+        Integrator::Rk4,
+        Integrator::Xpbd { iterations: 1 },
+    ];
+    println!("ns per particle and step, and the time of a step over that of half the particles");
+    println!("| side | symplectic-euler | verlet | rk4 | xpbd |");
+    let mut last = [f64::NAN; 4];
+    for side in SIDES {
+        // The stable step is as long as a cell.
+        let dt = 0.5 * stable * 99.0 / f64::from(side - 1);
+        let row = [0, 1, 2, 3].map(|k| {
+            let ns = step_time(&mut sheet(side, schemes[k], dt)) * 1e9;
+            let per_particle = ns / f64::from(side * side);
+            let ratio = ns / std::mem::replace(&mut last[k], ns);
+            format!("{per_particle:.1}, {ratio:.2}")
+        });
+        println!("| {side} | {} |", row.join(" | "));
+    }
+}
+
+/// Time (s) of a step: the least mean of eight, as often as energy is looked at.
+fn step_time(simulation: &mut Simulation) -> f64 {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build();
+    let pool = pool.unwrap_or_else(|error| panic!("{error}"));
+    let rounds = 8.max(2_000_000 / simulation.model().particles() / 8);
+    pool.install(|| {
+        let mut round = || {
+            let start = Instant::now();
+            for _ in 0..8 {
+                let step = simulation.step();
+                step.unwrap_or_else(|diverged| panic!("{diverged}"));
+            }
+            start.elapsed().as_secs_f64() / 8.0
+        };
+        (0..rounds).map(|_| round()).fold(f64::INFINITY, f64::min)
+    })
+}
+
 fn main() {
-    let still = sheet(Integrator::Verlet, 1.0);
+    let still = sheet(100, Integrator::Verlet, 1.0);
     let stable = forecast(still.model(), still.state()).stable_dt(Integrator::Verlet);
+    if std::env::args().any(|word| word == "sizes") {
+        return print_sizes(stable);
+    }
     println!("stable step of symplectic-euler and verlet: {stable:.3e} s");
-    let mut reference = sheet(Integrator::Rk4, 2.5e-5);
+    let mut reference = sheet(100, Integrator::Rk4, 2.5e-5);
     let ms = run(&mut reference, 2);
     println!("reference: rk4 at 2.5e-5 s, {ms:.0} ms per 1/60 s");
     let linear = Linear::to(1e-4);
@@ -105,7 +158,7 @@ fn main() {
         "| scheme | step (ms) | ms per 1/60 s | rms (mm) | largest (mm) | strain at the end, ever (%) |"
     );
     for (scheme, dt) in settings {
-        let mut simulation = sheet(scheme, dt);
+        let mut simulation = sheet(100, scheme, dt);
         let ms = run(&mut simulation, 2);
         let at = &simulation.state().positions;
         let [rms, largest] = distances(at, &reference.state().positions).map(|d| 1000.0 * d);

@@ -17,6 +17,7 @@ mod history;
 mod matrix;
 
 use super::Scheme;
+use super::implicit_euler::free_fall;
 use crate::collision::Contacts;
 use crate::linear::Solve;
 use crate::model::Model;
@@ -194,7 +195,15 @@ impl Projective {
 impl Scheme for Projective {
     /// M (v₁ − v₀) = dt f(x₁, v₁), x₁ = x₀ + dt v₁, or as near to it as the iterations come. First order;
     /// damps every oscillation as implicit Euler does.
-    fn advance(&mut self, model: &Model, _: &mut Contacts, dt: f64, state: &mut State) -> Solve {
+    fn advance(
+        &mut self,
+        model: &Model,
+        _: &mut Contacts,
+        dt: f64,
+        before: &State,
+        state: &mut State,
+    ) -> Solve {
+        state.copy_from(before);
         if self.released != model.released() {
             *self = Self::new(model, self.iterations, self.residual);
         }
@@ -205,7 +214,7 @@ impl Scheme for Projective {
         guess(model, dt, state);
         self.moved.copy_from(state);
         let floor = self.rounding(model, dt, state);
-        let weight = dt * weight(model);
+        let weight = free_fall(model, dt);
         let mut energy = self.energy(model, state);
         let mut balance = self.take_gradient(model, dt, state);
         let mut iterations = 0;
@@ -223,6 +232,7 @@ impl Scheme for Projective {
                     iterations,
                     residual,
                     converged,
+                    damped: false,
                 };
             }
             std::mem::swap(&mut self.gradient, &mut self.before);
@@ -254,13 +264,6 @@ fn guess(model: &Model, dt: f64, state: &mut State) {
     for (x, v) in state.positions.iter_mut().zip(&state.velocities) {
         *x += *v * dt;
     }
-}
-
-/// Norm of the weight of the free particles, √(Σ m) |g|.
-fn weight(model: &Model) -> f64 {
-    let each = model.masses.iter().zip(&model.inverse_masses);
-    let free: f64 = each.map(|(m, w)| if *w > 0.0 { *m } else { 0.0 }).sum();
-    free.sqrt() * model.gravity.acceleration.length()
 }
 
 /// dt D of a state (J): half of what dampings take in a step.

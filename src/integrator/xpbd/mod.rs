@@ -31,6 +31,8 @@ pub(super) struct Xpbd {
     released: usize,
     /// The particles in the middle of a step, filled up to whole chunks.
     particles: Vec<Particle>,
+    /// The pinned ones.
+    pinned: Vec<usize>,
     plan: Plan,
 }
 
@@ -44,6 +46,9 @@ impl Xpbd {
             iterations,
             released: model.released(),
             particles,
+            pinned: (0..model.particles())
+                .filter(|&i| model.is_pinned(i))
+                .collect(),
             plan: Plan::of(model, iterations),
         }
     }
@@ -55,11 +60,26 @@ impl Scheme for Xpbd {
     ///
     /// First order. Runs on all threads of the pool it is called in; the result doesn't depend on
     /// their number.
-    fn advance(&mut self, model: &Model, _: &mut Contacts, dt: f64, state: &mut State) -> Solve {
+    fn advance(
+        &mut self,
+        model: &Model,
+        _: &mut Contacts,
+        dt: f64,
+        before: &State,
+        state: &mut State,
+    ) -> Solve {
         if self.released != model.released() {
             *self = Self::new(model, self.iterations);
         }
+        for &i in &self.pinned {
+            state.positions[i] = before.positions[i];
+            state.velocities[i] = before.velocities[i];
+        }
+        state.time = before.time;
         model.aim(dt, state);
+        for &i in &self.pinned {
+            self.particles[i].x = state.positions[i] + state.velocities[i] * dt;
+        }
         let lanes: Vec<Mutex<Lane<'_>>> = self
             .particles
             .as_chunks_mut::<CHUNK>()
@@ -74,6 +94,7 @@ impl Scheme for Xpbd {
             plan: &self.plan,
             iterations: self.iterations,
             model,
+            before,
             dt,
             lanes,
         };
@@ -94,6 +115,7 @@ struct Step<'a> {
     plan: &'a Plan,
     iterations: u32,
     model: &'a Model,
+    before: &'a State,
     dt: f64,
     lanes: Vec<Mutex<Lane<'a>>>,
 }
@@ -131,24 +153,28 @@ impl<'a> Step<'a> {
             .unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Where the particles of a chunk go without constraints.
+    /// Where the free particles of a chunk go without constraints.
     fn predict(&self, chunk: usize) {
-        let Self { model, dt, .. } = self;
+        let Self {
+            model, before, dt, ..
+        } = self;
         let mut lane = self.lane(chunk);
-        let Lane { now, x, v } = &mut *lane;
+        let now = &mut lane.now;
+        let first = chunk * CHUNK;
+        let particles = before.positions[first..]
+            .iter()
+            .zip(&before.velocities[first..]);
         let gain = model.gravity.acceleration * *dt;
         let drag = model.mass_damping.as_ref();
         let drag = drag.map(|damping| &damping.drag[chunk * CHUNK..]);
-        for i in 0..x.len() {
-            let w = now[i].w;
-            let mut velocity = v[i];
-            if w > 0.0 {
-                velocity += gain;
+        for (i, (now, (x, v))) in now.iter_mut().zip(particles).enumerate() {
+            if now.w > 0.0 {
+                let mut velocity = *v + gain;
                 if let Some(drag) = drag {
-                    velocity /= 1.0 + dt * drag[i] * w;
+                    velocity /= 1.0 + dt * drag[i] * now.w;
                 }
+                now.x = *x + velocity * *dt;
             }
-            now[i].x = x[i] + velocity * *dt;
         }
     }
 
@@ -167,10 +193,16 @@ impl<'a> Step<'a> {
     /// Relaxes a cluster of `N` chunks.
     fn relax_in<const N: usize>(&self, cluster: &mut cluster::Cluster, pace: Pace) {
         let mut lanes: [_; N] = array::from_fn(|slot| self.lane(cluster.chunks[slot]));
-        let parts = lanes.each_mut().map(|lane| {
-            let Lane { now, x, .. } = &mut **lane;
-            Part { now, start: x }
+        let mut parts = lanes.each_mut().map(|lane| {
+            let lane = &mut **lane;
+            Part {
+                now: lane.now,
+                start: &[],
+            }
         });
+        for (part, &chunk) in parts.iter_mut().zip(&cluster.chunks) {
+            part.start = &self.before.positions[chunk * CHUNK..];
+        }
         relax(cluster, &mut Patch(parts), pace);
     }
 
@@ -179,9 +211,10 @@ impl<'a> Step<'a> {
         let per_dt = self.dt.recip();
         let mut lane = self.lane(chunk);
         let Lane { now, x, v } = &mut *lane;
+        let before = &self.before.positions[chunk * CHUNK..];
         for i in 0..x.len() {
             if now[i].w > 0.0 {
-                v[i] = (now[i].x - x[i]) * per_dt;
+                v[i] = (now[i].x - before[i]) * per_dt;
             }
             x[i] = now[i].x;
         }
