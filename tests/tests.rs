@@ -20,6 +20,7 @@ mod projective;
 mod runs;
 mod schemes;
 mod springs;
+mod stability_map;
 mod structures;
 mod support;
 mod truths;

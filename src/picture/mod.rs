@@ -1,12 +1,14 @@
 //! Pictures (PNG) of comparisons, on plain numbers: [`polar()`] diagrams of what depends on direction,
-//! and [`curves()`] in space.
+//! [`curves()`] in space, and [`map()`]s of what becomes of two dials.
 //!
 //! The font (crate `dejavu`) is part of the program: nothing is asked of the system.
 
 mod curves;
+mod map;
 mod polar;
 
 pub use curves::curves;
+pub use map::{Kind, Map, Panel, map};
 pub use polar::polar;
 
 use std::fs::File;
@@ -87,11 +89,21 @@ fn draw(
     series: &[Series],
     paint: impl FnOnce(&Area<'_>) -> Drawn<'static>,
 ) -> Result<(), PictureError> {
+    draw_checked(path, title, check(series), paint)
+}
+
+/// The same, where `checked` says whether there is something to draw.
+fn draw_checked(
+    path: &Path,
+    title: &str,
+    checked: Result<(), String>,
+    paint: impl FnOnce(&Area<'_>) -> Drawn<'static>,
+) -> Result<(), PictureError> {
     let cannot_draw = |reason: String| PictureError::CannotDraw {
         path: path.to_owned(),
         reason,
     };
-    check(series).map_err(cannot_draw)?;
+    checked.map_err(cannot_draw)?;
     let [width, height] = SIZE;
     let mut pixels = vec![255; 3 * width as usize * height as usize];
     with_font();

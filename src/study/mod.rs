@@ -11,6 +11,7 @@ pub mod front;
 pub mod ladder;
 pub mod reference;
 mod setting;
+pub mod stability;
 mod subject;
 mod sweep;
 
