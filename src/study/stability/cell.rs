@@ -4,7 +4,7 @@ use super::{Axis, Extent};
 use crate::integrator::Integrator;
 use crate::scene::LoadedScene;
 use crate::simulation::{Forecast, Simulation};
-use crate::study::{Distance, StudyError};
+use crate::study::{Distance, PATIENCE, StudyError};
 use glam::DVec3;
 use std::time::Instant;
 
@@ -82,9 +82,6 @@ const LEAST: f64 = 100.0;
 /// Steps after which runs are compared, at most: where they are so short, a longer run would only cost.
 const COMPARED: f64 = 4000.0;
 
-/// Wall time (s) after which a run is given up: what its number of steps promised was wrong.
-const PATIENCE: f64 = 20.0;
-
 impl Extent {
     /// Steps of `dt` (s) after which a run is compared with its reference.
     pub(super) fn compared(&self, dt: f64) -> f64 {
@@ -144,8 +141,6 @@ impl Row<'_> {
         let mut simulation = Simulation::new(built.model, built.state, self.scheme, dt);
         let cloth = simulation.model().cloth_particles();
         let start = Instant::now();
-        #[expect(clippy::cast_precision_loss, reason = "fewer than 2⁵³ steps")]
-        let compared = self.extent.compared(dt);
         for step in 1..=cell.steps {
             if is_stopped() {
                 return Ok(None);
@@ -158,7 +153,9 @@ impl Row<'_> {
                 cell.verdict = Verdict::Diverged;
                 return Ok(Some(cell));
             }
-            if step as f64 == compared {
+            #[expect(clippy::cast_precision_loss, reason = "fewer than 2⁵³ steps")]
+            let time = step as f64 * dt;
+            if (time - cell.compared).abs() < 0.5 * dt {
                 let positions = &simulation.state().positions[..cloth];
                 cell.rms = truth.map(|truth| Distance::between(positions, truth).rms);
             }
