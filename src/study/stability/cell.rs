@@ -11,8 +11,8 @@ use std::time::Instant;
 /// What became of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verdict {
-    /// Not run: the two next longer steps of its row came near their reference, and a shorter one only
-    /// costs more.
+    /// Not run: the two next longer steps of its row came near their reference or took too long, and a
+    /// shorter one only costs more.
     NotRun,
     /// It came to its end, near its reference.
     Completed,

@@ -56,7 +56,7 @@ fn kinds(row: &Row) -> Vec<Option<usize>> {
 fn kind(verdict: Verdict, map: &Map) -> Kind {
     let (name, color) = match verdict {
         Verdict::NotRun => (
-            "not run: longer steps completed".to_owned(),
+            "not run: settled by longer steps".to_owned(),
             [221, 239, 250],
         ),
         Verdict::Completed => ("completed".to_owned(), [86, 180, 233]),

@@ -5,7 +5,8 @@
 //! It ends at [`Dials::horizon`], but after no more steps than [`Dials::work`] allows; an explicit
 //! scheme takes at least as many as an instability 5 % beyond its limit needs to show. It has diverged when
 //! the simulation says so, and is inaccurate when it is further from the row's reference than
-//! [`Map::tolerance`]. A row goes from long steps to short ones and ends when two in a row completed.
+//! [`Map::tolerance`]. A row goes from long steps to short ones and ends when two in a
+//! row completed, or took too long: a shorter one only costs more.
 
 mod axis;
 mod cell;
@@ -99,6 +100,10 @@ pub struct Row {
 /// Share of the largest cloth's size (the diagonal of its box at rest) from which a distance to the
 /// reference is called inaccurate.
 pub const TOLERANCE: f64 = 0.01;
+
+/// Share of the tolerance by which a reference may differ from one with twice its step: being of second
+/// order, it is a third of that from its limit.
+const SURE: f64 = 0.5;
 
 /// Softening by XPBD that the forecast's line is drawn at.
 pub const SOFTER: f64 = 0.1;
@@ -226,7 +231,7 @@ impl Plan {
         let times = self.steps.iter().map(|&dt| self.extent.compared(dt) * dt);
         let times: Vec<f64> = times.collect();
         let is_stopped = || subject.is_stopped();
-        Truth::find(scene, &times, 0.25 * self.tolerance, &is_stopped)
+        Truth::find(scene, &times, SURE * self.tolerance, &is_stopped)
     }
 
     /// A scheme's row of a factor.
@@ -248,20 +253,21 @@ impl Plan {
             tolerance: self.tolerance,
         };
         let mut cells: Vec<Cell> = self.steps.iter().map(|&dt| row.not_run(dt)).collect();
-        let is_sure = truth.error <= 0.5 * self.tolerance;
-        let mut completed = 0;
+        let is_sure = truth.error <= SURE * self.tolerance;
+        let mut settled = 0;
         for (i, &dt) in self.steps.iter().enumerate().rev() {
             let truth = truth.states.get(i).filter(|_| is_sure);
             let Some(cell) = row.run(dt, truth, &|| subject.is_stopped())? else {
                 break;
             };
-            let goes_on = matches!(
-                cell.verdict,
-                Verdict::Diverged | Verdict::Inaccurate | Verdict::TooSlow
-            );
-            completed = if goes_on { 0 } else { completed + 1 };
+            let goes_on = match cell.verdict {
+                Verdict::Diverged | Verdict::Inaccurate => true,
+                Verdict::TooSlow => matches!(scheme, Integrator::Dopri5 { .. }), // foreseen, at no cost
+                _ => false,
+            };
+            settled = if goes_on { 0 } else { settled + 1 };
             cells[i] = cell;
-            if completed == 2 {
+            if settled == 2 {
                 break;
             }
         }

@@ -19,7 +19,7 @@ const SCHEME: Integrator = Integrator::Bdf2(Nonlinear {
 const FIRST: u32 = 64;
 
 /// Runs after which what differs too much still is no reference.
-const RUNS: u32 = 5;
+const RUNS: u32 = 4;
 
 /// Where the cloths of a row should be.
 #[derive(Clone, Debug, Default)]
