@@ -5,8 +5,8 @@
 //! It ends at [`Dials::horizon`], but after no more steps than [`Dials::work`] allows; an explicit
 //! scheme takes at least as many as an instability 5 % beyond its limit needs to show. It has diverged when
 //! the simulation says so, and is inaccurate when it is further from the row's reference than
-//! [`Map::tolerance`]. A row goes from long steps to short ones and ends when two in a
-//! row completed, or took too long: a shorter one only costs more.
+//! [`Map::tolerance`]. A row goes from long steps to short ones and ends when two in a row
+//! completed, or took too long: a shorter one only costs more.
 
 mod axis;
 mod cell;
