@@ -380,7 +380,7 @@ mod tests {
         let map = Map {
             kinds: ["a", "b", "c"].map(kind).to_vec(),
             panels: vec![panel],
-            line: "x".repeat(120),
+            line: "x".repeat(140),
             ..Map::default()
         };
         let items = legend_rows(&map, 1200);
