@@ -22,6 +22,7 @@ mod required;
 mod runs;
 mod schemes;
 mod springs;
+mod stability_map;
 mod structures;
 mod study;
 mod support;

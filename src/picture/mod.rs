@@ -1,13 +1,16 @@
 //! Pictures (PNG) of comparisons, on plain numbers: [`polar()`] diagrams of what depends on direction,
-//! [`curves()`] in space, and [`work_precision()`] diagrams of what accuracy costs.
+//! [`curves()`] in space, [`work_precision()`] diagrams of what accuracy costs, and [`map()`]s of what
+//! becomes of two dials.
 //!
 //! The font (crate `dejavu`) is part of the program: nothing is asked of the system.
 
 mod curves;
+mod map;
 mod polar;
 mod work_precision;
 
 pub use curves::curves;
+pub use map::{Kind, Map, Panel, map};
 pub use polar::polar;
 pub use work_precision::{Mark, MarkKind, WorkLine, work_precision};
 

@@ -121,6 +121,18 @@ impl Forecast {
         )
     }
 
+    /// Largest factor by which a step of `dt` (s) of an explicit scheme multiplies an amplitude; 0 for the
+    /// others.
+    pub fn growth(&self, scheme: Integrator, dt: f64) -> f64 {
+        let modes = self.modes.iter();
+        let each = modes.map(|mode| {
+            let fastest = amplification(scheme, mode.omega, mode.damping, dt);
+            let across = amplification(scheme, mode.across, mode.drag, dt);
+            fastest.max(across)
+        });
+        each.fold(0.0, f64::max)
+    }
+
     /// The element with the largest ω² of its own: what makes a step stiff.
     pub fn stiffest(&self) -> Option<Element> {
         let each = self.modes.iter().filter_map(|mode| mode.element);

@@ -13,6 +13,7 @@ pub mod ladder;
 pub mod overlay;
 pub mod reference;
 mod setting;
+pub mod stability;
 mod subject;
 mod sweep;
 pub mod table;
