@@ -14,6 +14,7 @@ mod extremes;
 mod gallery;
 mod lab;
 mod laws;
+mod ledger;
 mod motion;
 mod program;
 mod projective;

@@ -112,6 +112,7 @@ impl Known {
             gap: distance - obstacle.thickness,
             distance,
             friction: obstacle.friction,
+            impulse: DVec3::ZERO,
         })
     }
 

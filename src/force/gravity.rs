@@ -4,6 +4,7 @@ use super::{Cut, Force, Window};
 use crate::linear::Chunks;
 use crate::state::State;
 use glam::DVec3;
+use std::ops::Range;
 
 /// Weight of every particle: E = −Σ m g · x (J), zero at the origin; f = m g (N).
 #[derive(Clone, Debug)]
@@ -19,9 +20,16 @@ impl Force for Gravity {
         "gravitational"
     }
 
-    fn energy(&self, state: &State) -> f64 {
-        let lifted = |(&m, x): (&f64, &DVec3)| -m * self.acceleration.dot(*x);
-        self.masses.iter().zip(&state.positions).map(lifted).sum()
+    fn elements(&self) -> usize {
+        self.masses.len()
+    }
+
+    fn energy_of(&self, elements: Range<usize>, positions: &[DVec3]) -> f64 {
+        let each = self.masses[elements.clone()]
+            .iter()
+            .zip(&positions[elements]);
+        let moment: DVec3 = each.map(|(&m, &x)| x * m).sum();
+        -self.acceleration.dot(moment)
     }
 
     fn add_forces(&self, state: &State, forces: &mut [DVec3]) {

@@ -145,7 +145,24 @@ impl Scheme for Dopri5 {
     /// any particle: a mean would hide what goes wrong at a corner. What would be unstable has a large
     /// error: stiff cloth is stepped at its stable step. Not solved when that takes too many steps: the
     /// state is then short of the end.
-    fn advance(&mut self, model: &Model, _: &mut Contacts, dt: f64, state: &mut State) -> Solve {
+    fn advance(
+        &mut self,
+        model: &Model,
+        contacts: &mut Contacts,
+        dt: f64,
+        state: &mut State,
+    ) -> Solve {
+        self.advance_showing(model, contacts, dt, state, &mut |_, _| {})
+    }
+
+    fn advance_showing(
+        &mut self,
+        model: &Model,
+        _: &mut Contacts,
+        dt: f64,
+        state: &mut State,
+        show: &mut dyn FnMut(&State, &State),
+    ) -> Solve {
         let end = state.time + dt;
         let mut solve = Solve::NONE;
         self.step = if self.step > 0.0 {
@@ -172,6 +189,7 @@ impl Scheme for Dopri5 {
             let accepted = ratio <= 1.0;
             if accepted {
                 state.time = if h >= left { end } else { self.start.time + h };
+                show(&self.start, state);
                 self.start.copy_from(state);
                 self.slopes.swap(0, STAGES - 1);
                 // A step that was cut short by the end says little of the next.

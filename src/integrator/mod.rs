@@ -201,6 +201,20 @@ pub trait Scheme: Debug + Send {
         state: &mut State,
     ) -> Solve;
 
+    /// Advances like [`Scheme::advance`], and hands each step of its own within `dt` to `show`, by the
+    /// states before and after it. Only a scheme that has such steps does; the others show nothing.
+    fn advance_showing(
+        &mut self,
+        model: &Model,
+        contacts: &mut Contacts,
+        dt: f64,
+        state: &mut State,
+        show: &mut dyn FnMut(&State, &State),
+    ) -> Solve {
+        let _ = show;
+        self.advance(model, contacts, dt, state)
+    }
+
     /// Keeps what the scheme carries over from step to step, in case that the next one is tried again.
     fn remember(&mut self) {}
 

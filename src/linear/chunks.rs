@@ -81,6 +81,25 @@ impl Chunks {
         });
         found.into_iter().take(self.count())
     }
+
+    /// What `work` finds at each chunk of two lists on which it works, in their order; on all threads of
+    /// the pool it is called in.
+    pub fn map_with<A: Send, B: Send, T: Copy + Default + Send>(
+        self,
+        a: &mut [A],
+        b: &mut [B],
+        work: impl Fn(usize, &mut [A], &mut [B]) -> T + Sync,
+    ) -> impl Iterator<Item = T> {
+        let mut found = [T::default(); MOST];
+        if self.count() == 1 {
+            found[0] = work(0, a, b); // not worth waking anybody
+        } else {
+            let lists = a.par_chunks_mut(self.size).zip(b.par_chunks_mut(self.size));
+            let each = lists.zip(&mut found[..self.count()]).enumerate();
+            each.for_each(|(chunk, ((a, b), found))| *found = work(chunk, a, b));
+        }
+        found.into_iter().take(self.count())
+    }
 }
 
 #[cfg(test)]
