@@ -172,7 +172,7 @@ fn over_a_plate(degrees: f64, friction: f64, gravity: f64, start: &str) -> Loade
         "name = \"plate\"\nduration = 1.0\ngravity = [0.0, {gravity:?}, 0.0]\n\
          [[cloth]]\nname = \"sheet\"\nrotate = [0.0, 0.0, {degrees:?}]\ntranslate = [{:?}, {:?}, 0.0]\n\
          shape = {{ sheet = {{ size = [0.3, 0.3], cells = [10, 10] }} }}\n{start}\n\
-         material = {{ area_density = 0.2, stretch = 200.0 }}\ndamping = {{ stiffness = 0.01 }}\n\
+         material = {{ area_density = 0.2, stretch = 200.0 }}\ndamping = {{ stiffness = 0.001 }}\n\
          [[obstacle]]\nname = \"plate\"\nshape = {{ obj = {{ path = \"plate.obj\" }} }}\n\
          rotate = [0.0, 0.0, {degrees:?}]\nfriction = {friction:?}\nthickness = 0.003\n",
         at[0], at[1]
@@ -182,12 +182,12 @@ fn over_a_plate(degrees: f64, friction: f64, gravity: f64, start: &str) -> Loade
     load(&path.display().to_string(), &[])
 }
 
-/// The schemes with a step for a sheet on a plate.
+/// The schemes with a step for a sheet on a plate; explicit Euler has none.
 const ON_A_PLATE: [(Integrator, f64); 9] = [
-    (Integrator::Euler, 1e-4),
-    (Integrator::SymplecticEuler, 1e-4),
-    (Integrator::Verlet, 1e-4),
-    (Integrator::Rk4, 1e-4),
+    (MIDPOINT, 0.002),
+    (Integrator::SymplecticEuler, 5e-5),
+    (Integrator::Verlet, 5e-5),
+    (Integrator::Rk4, 5e-5),
     (IMPLICIT, 0.002),
     (Integrator::Newton(SOLVED), 0.002),
     (Integrator::Bdf2(SOLVED), 0.002),
@@ -200,7 +200,7 @@ const ON_A_PLATE: [(Integrator, f64); 9] = [
 fn friction_takes_its_force_times_the_way() {
     let (degrees, mu) = (36.0_f64, 0.5);
     let weight = 0.2 * 0.3 * 0.3 * 9.81 * degrees.to_radians().cos();
-    for (scheme, dt) in ON_A_PLATE.into_iter().chain([(MIDPOINT, 0.002)]) {
+    for (scheme, dt) in ON_A_PLATE {
         let mut run = run(&over_a_plate(degrees, mu, -9.81, ""), scheme, dt);
         let center = |run: &Simulation| {
             run.state().positions.iter().sum::<DVec3>() / run.model().particles() as f64
@@ -226,8 +226,8 @@ fn friction_takes_its_force_times_the_way() {
 #[test]
 fn an_impact_takes_the_energy_of_the_approach() {
     let (mass, mu) = (0.2 * 0.09, 0.4);
-    for (scheme, dt) in ON_A_PLATE.into_iter().chain([(MIDPOINT, 0.002)]) {
-        let glide = if scheme.has_contact_inside() {
+    for (scheme, dt) in ON_A_PLATE {
+        let glide: f64 = if scheme.has_contact_inside() {
             0.0
         } else {
             3.0
@@ -246,8 +246,9 @@ fn an_impact_takes_the_energy_of_the_approach() {
             (contact / impact - 1.0).abs() < 1e-6,
             "{name}: {contact} J, not {impact} J"
         );
-        let rubbed =
-            0.5 * mass * (glide * glide - (glide - mu * glide.signum() * glide.min(1.0)).powi(2));
+        // The approach of 1 m/s takes μ · 1 m/s off the glide.
+        let kept = f64::max(glide - mu, 0.0);
+        let rubbed = 0.5 * mass * (glide * glide - kept * kept);
         assert!(
             (friction - rubbed).abs() < 1e-6 * impact,
             "{name}: {friction} J, not {rubbed} J"
@@ -260,7 +261,7 @@ fn an_impact_takes_the_energy_of_the_approach() {
 /// lengths, and the ends gain the velocity of their way.
 #[test]
 fn a_strain_limit_takes_what_the_spring_loses_and_the_ends_do_not_gain() {
-    let (rest, k, mass, dt) = (0.5, 4000.0, 0.05, 0.01);
+    let (rest, k, mass, dt) = (0.5, 40.0, 0.05, 0.01);
     let text = format!(
         "name = \"snap\"\nduration = 1.0\n[[cloth]]\nname = \"link\"\n\
          shape = {{ chain = {{ length = {rest:?}, links = 1 }} }}\nstart = {{ stretch = [1.3, 1.0, 1.0] }}\n\

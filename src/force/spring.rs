@@ -118,28 +118,55 @@ pub fn largest_stretch_squared(springs: &[Spring], positions: &[DVec3]) -> f64 {
 }
 
 /// Energy of some springs together (J), and their largest λ² as [`largest_stretch_squared`] has it.
-///
-/// Four at once, side by side: one after the other, each sum and each root waits for the last.
 pub fn energy_and_stretch_squared(springs: &[Spring], positions: &[DVec3]) -> [f64; 2] {
+    look::<true>(springs, positions)
+}
+
+/// Four springs at once, so that their roots and divisions share instructions; the largest λ² if it is
+/// asked for.
+#[inline(always)]
+fn look<const STRETCH: bool>(springs: &[Spring], positions: &[DVec3]) -> [f64; 2] {
     let (mut sums, mut largest) = ([0.0; 4], [f64::NEG_INFINITY; 4]);
-    let look = |spring: &Spring, sum: &mut f64, largest: &mut f64| {
-        let square = spring.span(positions).length_squared();
-        let stretch = square.sqrt() - spring.rest_length;
-        *sum += 0.5 * spring.stiffness * stretch * stretch;
-        let square = square / (spring.rest_length * spring.rest_length);
-        *largest = if square > *largest { square } else { *largest };
-    };
     let (fours, rest) = springs.as_chunks::<4>();
     for four in fours {
-        for k in 0..4 {
-            look(&four[k], &mut sums[k], &mut largest[k]);
+        look_at(four, positions, &mut sums, &mut largest, STRETCH);
+    }
+    let (mut sum, mut most) = ([0.0], [f64::NEG_INFINITY]);
+    for spring in rest {
+        look_at(&[*spring], positions, &mut sum, &mut most, STRETCH);
+    }
+    let sum = sums.iter().chain(&sum).sum::<f64>();
+    let most = largest.into_iter().chain(most);
+    [0.5 * sum, most.fold(f64::NEG_INFINITY, f64::max)]
+}
+
+/// Adds k (ℓ − ℓ₀)² of each to its sum, and keeps its λ² where that is larger.
+#[inline(always)]
+fn look_at<const L: usize>(
+    springs: &[Spring; L],
+    positions: &[DVec3],
+    sums: &mut [f64; L],
+    largest: &mut [f64; L],
+    with_stretch: bool,
+) {
+    let squares = springs
+        .each_ref()
+        .map(|spring| spring.span(positions).length_squared());
+    let rests = springs.each_ref().map(|spring| spring.rest_length);
+    for k in 0..L {
+        let stretch = squares[k].sqrt() - rests[k];
+        sums[k] += springs[k].stiffness * (stretch * stretch);
+    }
+    if with_stretch {
+        for k in 0..L {
+            let square = squares[k] / (rests[k] * rests[k]);
+            largest[k] = if square > largest[k] {
+                square
+            } else {
+                largest[k]
+            };
         }
     }
-    for spring in rest {
-        look(spring, &mut sums[0], &mut largest[0]);
-    }
-    let largest = largest.into_iter().fold(f64::NEG_INFINITY, f64::max);
-    [sums.iter().sum(), largest]
 }
 
 /// All springs of one family.
@@ -168,7 +195,7 @@ impl Force for SpringBatch {
     }
 
     fn energy_of(&self, elements: Range<usize>, positions: &[DVec3]) -> f64 {
-        energy_and_stretch_squared(&self.springs[elements], positions)[0]
+        look::<false>(&self.springs[elements], positions)[0]
     }
 
     fn add_forces(&self, state: &State, forces: &mut [DVec3]) {

@@ -102,10 +102,12 @@ fn look_at_elements(model: &Model, positions: &[DVec3], chunks: Chunks, chunk: u
     let (mut elastic, mut largest) = (0.0, f64::NEG_INFINITY);
     for batch in &model.springs {
         let share = chunks.share(chunk, batch.springs.len());
-        let [energy, square] = energy_and_stretch_squared(&batch.springs[share], positions);
-        elastic += energy;
         if batch.is_weave() {
+            let [energy, square] = energy_and_stretch_squared(&batch.springs[share], positions);
+            elastic += energy;
             largest = largest.max(square);
+        } else {
+            elastic += batch.energy_of(share, positions);
         }
     }
     for law in model.stiffnesses().skip(model.springs.len()) {
