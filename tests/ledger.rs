@@ -126,35 +126,40 @@ fn dampings_take_what_the_closed_form_says() {
     }
 }
 
-/// Drag alone: what the schemes of one impulse a step book is all that the motion lost, at any step.
+/// Drag alone: f · (x₁ − x₀) explains all loss but ½ m |Δv|² a step, which the Euler schemes take, or add,
+/// by themselves; at any step.
 #[test]
 fn drag_alone_explains_all_loss() {
-    let text = |obstacle: &str| {
-        format!(
-            "name = \"flight\"\nduration = 1.0\ngravity = [0.0, 0.0, 0.0]\n[[cloth]]\nname = \"sheet\"\n\
-             shape = {{ sheet = {{ size = [1.0, 1.0], cells = [4, 4] }} }}\nstart = {{ velocity = [1.0, 0.0, 0.0] }}\n\
-             material = {{ area_density = 0.2, stretch = 10.0 }}\ndamping = {{ mass = 5.0 }}\n{obstacle}"
-        )
-    };
-    let loaded = written("flight", &text(""));
-    for scheme in [
-        Integrator::Euler,
-        Integrator::SymplecticEuler,
-        IMPLICIT,
-        Integrator::Newton(SOLVED),
-        MIDPOINT,
-        PROJECTIVE,
-        XPBD,
+    let text = "name = \"flight\"\nduration = 1.0\ngravity = [0.0, 0.0, 0.0]\n[[cloth]]\nname = \"sheet\"\n\
+        shape = { sheet = { size = [1.0, 1.0], cells = [4, 4] } }\nstart = { velocity = [1.0, 0.0, 0.0] }\n\
+        material = { area_density = 0.2, stretch = 10.0 }\ndamping = { mass = 5.0 }\n";
+    let loaded = written("flight", text);
+    for (scheme, sign) in [
+        (Integrator::Euler, -1.0),
+        (Integrator::SymplecticEuler, 1.0),
+        (MIDPOINT, 0.0),
+        (IMPLICIT, 1.0),
+        (Integrator::Newton(SOLVED), 1.0),
+        (PROJECTIVE, 1.0),
     ] {
         let mut run = run(&loaded, scheme, 0.05);
-        run_to(&mut run, 0.5);
+        let mut own = 0.0;
+        for _ in 0..10 {
+            let before = run.state().velocities[0];
+            run.step().unwrap();
+            own += sign * 0.1 * run.state().velocities[0].distance_squared(before);
+        }
         let balance = run.balance();
         let lost = 0.1 - balance.energies.kinetic;
-        let taken = balance.dissipated_by("mass_damping");
+        let [drag, by_itself] = ["mass_damping", SCHEME].map(|cause| balance.dissipated_by(cause));
         let name = scheme.name();
         assert!(
-            (taken - lost).abs() < 1e-7 * lost,
-            "{name}: {taken} J of {lost} J"
+            (drag + own - lost).abs() < 1e-7 * lost,
+            "{name}: drag took {drag} J, and {own} J more, of {lost} J"
+        );
+        assert!(
+            (by_itself - own).abs() < 1e-7 * lost,
+            "{name}: {by_itself} J, not {own} J"
         );
     }
 }
@@ -211,10 +216,16 @@ fn friction_takes_its_force_times_the_way() {
         let (way, after) = (center(&run).distance(start), run.balance());
         let taken = after.dissipated_by(FRICTION) - before.dissipated_by(FRICTION);
         let exact = mu * weight * way;
+        // Answered after the step, it acts on the velocity then, and on what the particles fell.
+        let tolerance = if scheme.has_contact_inside() {
+            1e-6
+        } else {
+            0.01
+        };
         let name = scheme.name();
         println!("{name}: {taken} J, closed form {exact} J over {way} m");
         assert!(
-            (taken / exact - 1.0).abs() < 0.02,
+            (taken / exact - 1.0).abs() < tolerance,
             "{name}: {taken} J, not {exact} J"
         );
         assert!(after.unexplained() < 1e-9, "{name}: {after:?}");

@@ -3,12 +3,13 @@
 //! Every stage of a step books what it does, each as far as can be by a measure of its own:
 //!
 //! - dampings and moving pins by the work of their forces ([`super::DampingWork`], [`super::PinWork`]);
-//! - contact and friction inside a scheme's equations by their impulses, J · (v₀ + v₁)/2; outside of them,
+//! - contact and friction inside a scheme's equations by their impulses, J · (x₁ − x₀)/dt; outside of them,
 //!   and strain limits, by the kinetic energy of each change of velocity, and by the potential before and
 //!   after their changes of position;
 //! - the scheme by what the energy changed from a step's start to the end of its integration, less the
 //!   others that acted therein. It has no other measure: a part of the integration that nobody measures
-//!   is in it, and so are the errors of the works' quadratures.
+//!   is in it, and so are the errors of the works' quadratures. From a linear oscillator implicit Euler
+//!   takes ½ Δv · M Δv + ½ Δx · K Δx a step, dampings and contacts beside it or not.
 //!
 //! The remainder is the true energy of a state against all that. It is what changed a state between the
 //! stages or in one, and was not booked, and rounding.

@@ -33,12 +33,7 @@ pub(super) fn pressed<'a>(
         .list
         .iter()
         .map(|contact| (contact, &contacts.grips[contact.particle]));
-    with_grip.filter(|(contact, grip)| is_pressed(model, contact, grip))
-}
-
-/// Whether a contact carries pressure.
-pub(super) fn is_pressed(model: &Model, contact: &Contact, grip: &Grip) -> bool {
-    grip.pressure > 0.0 && !model.is_pinned(contact.particle)
+    with_grip.filter(|(contact, grip)| grip.pressure > 0.0 && !model.is_pinned(contact.particle))
 }
 
 /// Sets the velocities that lasting contacts give: along their normal the one that closes the gap (m/s),

@@ -2,7 +2,7 @@
 
 use super::Scheme;
 use super::backward_euler::{BackwardEuler, Nonlinear, Stage, aim};
-use super::constraint::is_pressed;
+use super::constraint::pressed;
 use crate::collision::Contacts;
 use crate::linear::Solve;
 use crate::model::Model;
@@ -61,20 +61,14 @@ impl Scheme for ImplicitMidpoint {
             };
         }
         // A contact's velocity is what the constraint gives, not twice that less the old one.
-        let Contacts { list, grips } = contacts;
-        for contact in list {
+        for (contact, grip) in pressed(model, contacts) {
             let (i, n) = (contact.particle, contact.normal);
-            if !is_pressed(model, contact, &grips[i]) {
-                continue;
-            }
             let (middle, v) = (self.middle[i], &mut state.velocities[i]);
-            let change = if grips[i].sticks {
-                middle - *v
+            *v = if grip.sticks {
+                middle
             } else {
-                n * n.dot(middle - *v)
+                *v + n * n.dot(middle - *v)
             };
-            *v += change;
-            contact.impulse += change * model.masses[i];
         }
         solve
     }

@@ -119,11 +119,8 @@ impl Integrator {
     }
 
     /// Where in a step the scheme takes the dampings: the place of their positions and of the velocities
-    /// that they answer. What their impulse then takes from the motion, dt f(x, v) · (v₀ + v₁)/2, is exact
-    /// where the scheme's is one such impulse; else, in the middle, of second order.
-    ///
-    /// The schemes that take them at the end damp in a step what moves too fast for it. The mean of the
-    /// powers at start and end would count such motion c dt/m times over, 80 times on `drape`.
+    /// that they answer. Their work along the step's way is then exact where the scheme's is one such
+    /// force; else, in the middle, of second order.
     pub fn damped_at(self) -> [When; 2] {
         match self {
             Self::Euler | Self::SymplecticEuler => [When::Start, When::Start],

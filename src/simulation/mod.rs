@@ -254,7 +254,7 @@ impl Simulation {
             let mut flows = seen.unwrap_or_default();
             for contact in &contacts.list {
                 let i = contact.particle;
-                let mean = (before.velocities[i] + state.velocities[i]) * 0.5;
+                let mean = (state.positions[i] - before.positions[i]) / *dt;
                 let along = contact.normal.dot(contact.impulse) * contact.normal.dot(mean);
                 flows.contact -= along;
                 flows.friction -= contact.impulse.dot(mean) - along;
