@@ -197,10 +197,10 @@ impl Simulation {
     /// Looks at strains before limiting, which would hide a senseless one. It counts when energy comes with
     /// it that nothing explains: cloth may be that soft.
     pub(super) fn check_strain(&mut self, survey: &Survey) -> Result<(), Diverged> {
-        if survey.strain() > self.sensible_strain {
-            if self.energy(survey) > self.budget.explained(survey.energy.gravitational) {
-                return Err(self.diverged(Sign::Stretched, Stage::Integrate));
-            }
+        if survey.strain() > self.sensible_strain
+            && self.energy(survey) > self.budget.explained(survey.energy.gravitational)
+        {
+            return Err(self.diverged(Sign::Stretched, Stage::Integrate));
         }
         Ok(())
     }
