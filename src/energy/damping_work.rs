@@ -49,7 +49,7 @@ impl DampingWork {
             velocities,
             ..
         } = &mut self.middle;
-        let chunks = Chunks::of(positions.len());
+        let (chunks, per_dt) = (Chunks::of(positions.len()), dt.recip());
         if self.at[0] == When::Middle {
             chunks.for_each(positions, |chunk, means| {
                 let range = chunks.range(chunk);
@@ -67,7 +67,7 @@ impl DampingWork {
                 .iter()
                 .zip(&to.positions[range]);
             for (mean, (from, to)) in means.iter_mut().zip(ways) {
-                *mean = (*to - *from) / dt;
+                *mean = (*to - *from) * per_dt;
             }
         });
         let pick = |when| match when {
