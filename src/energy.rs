@@ -1,9 +1,14 @@
-//! The energy ledger: where a run's energy is, and where it went.
+//! The energies of a state, and the ledger of where a run's energy went.
 
+mod damping_work;
+mod ledger;
 mod pin_work;
 
+pub use damping_work::{DampingWork, When};
+pub use ledger::{Balance, CONTACT, FRICTION, Flows, Ledger, SCHEME, STRAIN_LIMIT};
 pub use pin_work::PinWork;
 
+use crate::force::Force;
 use crate::linear::Chunks;
 use crate::model::Model;
 use crate::state::State;
@@ -23,17 +28,23 @@ pub struct Energies {
 impl Energies {
     /// The energies of a state of a model.
     pub fn of(model: &Model, state: &State) -> Self {
-        let mut energies = Self {
-            kinetic: kinetic(model, state),
-            ..Self::default()
-        };
+        let mut energies = Self::default();
+        energies.take(model, state);
+        energies
+    }
+
+    /// Becomes the energies of a state of a model, without allocating once its families are known.
+    pub fn take(&mut self, model: &Model, state: &State) {
+        self.kinetic = kinetic(model, state);
+        self.gravitational = 0.0;
+        self.elastic.clear();
         for force in model.forces() {
+            let energy = energy_of(model, force, &state.positions);
             match force.name() {
-                "gravitational" => energies.gravitational += force.energy(state),
-                family => energies.elastic.push((family, force.energy(state))),
+                "gravitational" => self.gravitational += energy,
+                family => self.elastic.push((family, energy)),
             }
         }
-        energies
     }
 
     /// The size of what is summed up in the total, which rounds at this (J).
@@ -50,9 +61,60 @@ impl Energies {
     }
 }
 
+/// The energies of a state in three numbers (J).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Totals {
+    /// Kinetic.
+    pub kinetic: f64,
+    /// Gravitational.
+    pub gravitational: f64,
+    /// Elastic, of all springs and hinges; 0 where nobody asks for it.
+    pub elastic: f64,
+}
+
+impl Totals {
+    /// Their sum (J).
+    pub fn total(self) -> f64 {
+        self.kinetic + self.gravitational + self.elastic
+    }
+}
+
+impl std::ops::Add for Totals {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self {
+            kinetic: self.kinetic + other.kinetic,
+            gravitational: self.gravitational + other.gravitational,
+            elastic: self.elastic + other.elastic,
+        }
+    }
+}
+
+/// Energy of one law (J), in the order of fixed chunks on all threads of the pool it is called in.
+fn energy_of(model: &Model, force: &dyn Force, positions: &[DVec3]) -> f64 {
+    let chunks = Chunks::of(model.particles());
+    let part = |chunk| force.energy_of(chunks.share(chunk, force.elements()), positions);
+    chunks.map(part).sum()
+}
+
 /// Gravitational and elastic energy together (J).
 pub fn potential(model: &Model, state: &State) -> f64 {
-    model.forces().map(|force| force.energy(state)).sum()
+    potential_at(model, &state.positions)
+}
+
+/// Gravitational and elastic energy together (J), in the order of fixed chunks on all threads of the pool
+/// it is called in.
+pub fn potential_at(model: &Model, positions: &[DVec3]) -> f64 {
+    let chunks = Chunks::of(model.particles());
+    let part = |chunk| {
+        let each = model.forces().map(|force| {
+            let share = chunks.share(chunk, force.elements());
+            force.energy_of(share, positions)
+        });
+        each.sum::<f64>()
+    };
+    chunks.map(part).sum()
 }
 
 /// Elastic energy of all springs and hinges (J).
@@ -80,64 +142,4 @@ pub(crate) fn kinetic_of(masses: &[f64], velocities: &[DVec3]) -> f64 {
         }
     }
     sums.iter().sum()
-}
-
-/// Energy taken out of the motion and put into it since the start.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Ledger {
-    /// Total energy at the start (J).
-    pub initial: f64,
-    /// Dissipated energy by cause (J).
-    pub dissipated: Vec<(&'static str, f64)>,
-    /// Work done on the cloths by cause (J): by pins that move or let go.
-    pub work: Vec<(&'static str, f64)>,
-}
-
-impl Ledger {
-    /// Opens the ledger of a run.
-    pub fn open(model: &Model, state: &State) -> Self {
-        // Springs of several families are damped under one name.
-        let mut dissipated: Vec<(&'static str, f64)> = Vec::new();
-        for damping in model.dampings() {
-            if dissipated.iter().all(|(name, _)| *name != damping.name()) {
-                dissipated.push((damping.name(), 0.0));
-            }
-        }
-        Self {
-            initial: Energies::of(model, state).total(),
-            dissipated,
-            work: if model.pins.are_still() {
-                Vec::new()
-            } else {
-                vec![("pins", 0.0)]
-            },
-        }
-    }
-
-    /// Books work of the pins (J).
-    pub fn book_pins(&mut self, work: f64) {
-        for (_, booked) in &mut self.work {
-            *booked += work;
-        }
-    }
-
-    /// Books what damping took during a step of `dt` (s) that ended with `state`.
-    pub fn book(&mut self, model: &Model, state: &State, dt: f64) {
-        for damping in model.dampings() {
-            if let Some(entry) = self
-                .dissipated
-                .iter_mut()
-                .find(|(name, _)| *name == damping.name())
-            {
-                entry.1 += damping.power(state) * dt;
-            }
-        }
-    }
-
-    /// What the ledger doesn't explain (J): E(0) + work − E(t) − dissipated. Positive where contact,
-    /// friction, strain limiting and the scheme itself took energy.
-    pub fn residual(&self, energies: &Energies) -> f64 {
-        let sum = |list: &[(_, f64)]| list.iter().map(|(_, energy)| energy).sum::<f64>();
-        self.initial + sum(&self.work) - energies.total() - sum(&self.dissipated)
-    }
 }

@@ -46,7 +46,7 @@
 //! An implicit scheme may take longer ones; energy is accounted for on the way:
 //!
 //! ```
-//! use muslin::{energy::Energies, integrator::{Integrator, Linear}, simulation::Simulation};
+//! use muslin::{energy::SCHEME, integrator::{Integrator, Linear}, simulation::Simulation};
 //! # let loaded = muslin::scene::load("hanging-cloth", &[])?;
 //! # let built = muslin::scene::build(&loaded)?;
 //! let scheme = Integrator::ImplicitEuler(Linear::to(1e-4));
@@ -54,9 +54,10 @@
 //! for _ in 0..100 {
 //!     simulation.step()?;
 //! }
-//! let energies = Energies::of(simulation.model(), simulation.state());
-//! let unexplained = simulation.ledger().residual(&energies);
-//! assert!(unexplained > 0.0 && unexplained < 0.1 * energies.kinetic, "{unexplained} J");
+//! let balance = simulation.balance();
+//! let by_itself = balance.dissipated_by(SCHEME); // what the step's length costs
+//! assert!(by_itself > 0.0 && by_itself < 0.1 * balance.energies.kinetic, "{by_itself} J");
+//! assert!(balance.unexplained() < 1e-9);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!

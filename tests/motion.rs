@@ -2,7 +2,7 @@
 
 use crate::support::{IMPLICIT, PROJECTIVE, SOLVED, XPBD, distance, run_to, written};
 use glam::{DQuat, DVec3};
-use muslin::energy::Energies;
+use muslin::energy::{Energies, SCHEME};
 use muslin::frame::Capture;
 use muslin::integrator::Integrator;
 use muslin::scene;
@@ -330,13 +330,12 @@ fn a_released_sheet_falls_freely() {
             );
             assert!((v - velocity - g * tau).length() < 1e-10, "{name}: {v}");
         }
-        let energies = Energies::of(run.model(), run.state());
-        let residual = run.ledger().residual(&energies);
+        let by_itself = run.balance().dissipated_by(SCHEME);
         let mass: f64 = run.model().masses.iter().sum();
         let lost = 0.5 * mass * g.length_squared() * tau * late * dt;
         assert!(
-            (residual - lost).abs() < 1e-10,
-            "{}: {residual} J, not {lost} J",
+            (by_itself - lost).abs() < 1e-10,
+            "{}: {by_itself} J, not {lost} J",
             scheme.name()
         );
     }
@@ -369,13 +368,13 @@ fn pins_put_in_the_energy_that_the_sheet_gains() {
         let mut largest = 0.0_f64;
         while run.stats().steps < 4000 {
             run.step().unwrap();
-            let energies = Energies::of(run.model(), run.state());
-            let work = run.ledger().work[0].1;
+            let balance = run.balance();
+            let work = balance.work[0].1;
             largest = largest.max(work.abs());
-            let unexplained = run.ledger().residual(&energies);
+            let by_itself = balance.dissipated_by(SCHEME);
             assert!(
-                unexplained.abs() < 0.01 * largest + 1e-9,
-                "{unexplained} J of {work} J at {} s",
+                by_itself.abs() < 0.01 * largest + 1e-9,
+                "{by_itself} J of {work} J at {} s",
                 run.state().time
             );
         }

@@ -649,7 +649,8 @@ fn a_report_has_every_field() {
     );
     check(
         "/dt /simulated_s /wall_s /ms_per_frame /energy/kinetic /energy/gravitational \
-         /energy/residual /energy/elastic/structural /energy/elastic/shear /strain/max \
+         /energy/residual /energy/exchanged /energy/unexplained /energy/dissipated/scheme \
+         /energy/elastic/structural /energy/elastic/shear /strain/max \
          /strain/max_ever /strain/mean /contact/max_depth_m /contact/max_depth_ever_m",
         "number",
         Value::is_f64,

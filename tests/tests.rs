@@ -15,6 +15,7 @@ mod extremes;
 mod gallery;
 mod lab;
 mod laws;
+mod ledger;
 mod motion;
 mod program;
 mod projective;

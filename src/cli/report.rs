@@ -1,6 +1,5 @@
 //! The machine-readable summary of a run.
 
-use crate::energy::Energies;
 use crate::frame::mean_strain;
 use crate::integrator::Integrator;
 use crate::pipeline::{Finished, ms_per_frame};
@@ -134,9 +133,8 @@ fn stage_ms(finished: &Finished) -> Value {
 }
 
 fn energy(finished: &Finished) -> Value {
-    let simulation = &finished.simulation;
-    let energies = Energies::of(simulation.model(), simulation.state());
-    let ledger = simulation.ledger();
+    let balance = finished.simulation.balance();
+    let energies = &balance.energies;
     let named = |list: &[(&str, f64)]| {
         list.iter()
             .map(|(name, joules)| ((*name).to_owned(), json!(joules)))
@@ -146,9 +144,11 @@ fn energy(finished: &Finished) -> Value {
         "kinetic": energies.kinetic,
         "gravitational": energies.gravitational,
         "elastic": named(&energies.elastic),
-        "dissipated": named(&ledger.dissipated),
-        "work": named(&ledger.work),
-        "residual": ledger.residual(&energies),
+        "dissipated": named(&balance.dissipated),
+        "work": named(&balance.work),
+        "residual": balance.residual,
+        "exchanged": balance.exchanged,
+        "unexplained": balance.unexplained(),
     })
 }
 

@@ -19,6 +19,9 @@ pub struct Contact {
     pub distance: f64,
     /// Coulomb's friction coefficient μ.
     pub friction: f64,
+    /// Impulse on the particle (N·s) that the last step's own equations found, with a scheme that has
+    /// contacts inside them.
+    pub impulse: DVec3,
 }
 
 impl Contact {

@@ -119,6 +119,7 @@ impl Known {
             gap: distance - obstacle.thickness,
             distance,
             friction: obstacle.friction,
+            impulse: DVec3::ZERO,
         })
     }
 

@@ -12,4 +12,4 @@ mod response;
 pub use contact::{Contact, Contacts, Grip};
 pub use detection::Detection;
 pub use obstacle::Obstacle;
-pub use response::{Masses, respond};
+pub use response::{Masses, Response, respond};

@@ -12,8 +12,21 @@ const SHARE: f64 = 0.25;
 /// Intrusion into the thickness that is left alone (m).
 const NEGLIGIBLE: f64 = 1e-6;
 
+/// What answering contacts did.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Response {
+    /// Particles that were stopped where they met a surface, or moved out of it.
+    pub stopped: usize,
+    /// Whether any particle was touched.
+    pub moved: bool,
+    /// Kinetic energy taken with the approach, ½ Σ m vₙ² (J).
+    pub approach: f64,
+    /// Kinetic energy that friction took (J).
+    pub friction: f64,
+}
+
 /// Stops particles where they met a surface, moves those that are inside out of it, and takes away
-/// the approach of all that came too close; returns the number of the former two.
+/// the approach of all that came too close.
 ///
 /// v ← v − min(0, v·n) n;  vₜ ← vₜ max(0, 1 − μ Δvₙ / |vₜ|)
 ///
@@ -28,8 +41,8 @@ pub fn respond(
     model: Masses<'_>,
     spread: bool,
     state: &mut State,
-) -> usize {
-    let mut stopped = 0;
+) -> Response {
+    let mut response = Response::default();
     for contact in &contacts.list {
         let i = contact.particle;
         let met = contact.at != state.positions[i];
@@ -45,7 +58,8 @@ pub fn respond(
         } else {
             0.0
         };
-        stopped += usize::from(met || contact.distance <= 0.0);
+        response.stopped += usize::from(met || contact.distance <= 0.0);
+        response.moved = true;
         state.positions[i] = contact.at + slid + contact.normal * out;
         let v = state.velocities[i];
         let approach = -v.dot(contact.normal);
@@ -53,6 +67,9 @@ pub fn respond(
             let tangential = v + contact.normal * approach;
             let (kept, sticks) = rub(tangential, contact.friction * approach);
             state.velocities[i] = kept;
+            let half = 0.5 * model.masses[i];
+            response.approach += half * approach * approach;
+            response.friction += half * (tangential.length_squared() - kept.length_squared());
             let grip = &mut contacts.grips[i];
             // A lasting contact keeps its friction: this approach is a correction beside it.
             if grip.pressure == 0.0 {
@@ -62,7 +79,7 @@ pub fn respond(
             grip.pressure += model.masses[i] * approach;
         }
     }
-    stopped
+    response
 }
 
 /// The masses of a model's particles.
@@ -105,6 +122,7 @@ mod tests {
             gap,
             distance,
             friction: 0.5,
+            impulse: DVec3::ZERO,
         };
         contacts.list.push(contact);
         (
@@ -120,7 +138,11 @@ mod tests {
     #[test]
     fn friction_slows_or_stops() {
         let (mut contacts, mut state) = one(-0.001, DVec3::new(2.0, -1.0, 0.0));
-        assert_eq!(respond(&mut contacts, MASSES, true, &mut state), 1);
+        let response = respond(&mut contacts, MASSES, true, &mut state);
+        assert_eq!(response.stopped, 1);
+        // Half of 0.1 kg, from 2 m/s along and 1 m/s towards the surface to 1.5 m/s along it.
+        assert!((response.approach - 0.05).abs() < 1e-15, "{response:?}");
+        assert!((response.friction - 0.0875).abs() < 1e-15, "{response:?}");
         assert!((state.positions[0] - DVec3::Y * 0.001).length() < 2.0 * NEGLIGIBLE);
         assert!((state.velocities[0] - DVec3::X * 1.5).length() < 1e-15);
         assert!(!contacts.grips[0].sticks && (contacts.grips[0].pressure - 0.1).abs() < 1e-15);
@@ -136,7 +158,7 @@ mod tests {
         respond(&mut contacts, MASSES, true, &mut state);
         assert_eq!(state.velocities[0], leaving);
         let (mut contacts, mut state) = one(0.004, -leaving);
-        assert_eq!(respond(&mut contacts, MASSES, true, &mut state), 0);
+        assert_eq!(respond(&mut contacts, MASSES, true, &mut state).stopped, 0);
         assert_eq!(state.velocities[0], -leaving);
     }
 
@@ -144,7 +166,7 @@ mod tests {
     fn within_the_thickness_particles_move_away_slowly_and_never_past_the_middle() {
         for (distance, moved) in [(0.002, 0.00025), (0.0001, 0.0001)] {
             let (mut contacts, mut state) = one(distance, DVec3::ZERO);
-            assert_eq!(respond(&mut contacts, MASSES, true, &mut state), 0);
+            assert_eq!(respond(&mut contacts, MASSES, true, &mut state).stopped, 0);
             assert!((state.positions[0].y - moved).abs() < 1e-12);
             let (mut contacts, mut state) = one(distance, DVec3::ZERO);
             respond(&mut contacts, MASSES, false, &mut state);
@@ -156,7 +178,7 @@ mod tests {
     fn a_particle_that_met_the_surface_on_its_way_slides_on_from_there() {
         let (mut contacts, mut state) = one(1e-5, DVec3::ZERO);
         state.positions[0] = DVec3::new(0.02, -0.05, 0.0);
-        assert_eq!(respond(&mut contacts, MASSES, false, &mut state), 1);
+        assert_eq!(respond(&mut contacts, MASSES, false, &mut state).stopped, 1);
         assert!((state.positions[0] - DVec3::X * 0.02).length() < 1e-12);
     }
 }

@@ -6,14 +6,43 @@ use crate::linear::{Assembly, Chunks, LineBlock, Pattern};
 use crate::state::State;
 use glam::DVec3;
 use std::fmt::Debug;
+use std::ops::Range;
+
+/// The names of dampings in reports.
+pub const DAMPINGS: [&str; 2] = ["mass_damping", "stiffness_damping"];
+
+/// Positions, and two velocities there, of all particles.
+#[derive(Clone, Copy, Debug)]
+pub struct DampedMotion<'a> {
+    /// Where the damping is taken (m).
+    pub positions: &'a [DVec3],
+    /// The velocities that it answers (m/s).
+    pub damped: &'a [DVec3],
+    /// The velocities along which its force does work (m/s).
+    pub moved: &'a [DVec3],
+}
 
 /// A batch of damping elements.
 pub trait Damping: Debug + Send + Sync {
-    /// The name in reports.
+    /// The name in reports: one of [`DAMPINGS`].
     fn name(&self) -> &'static str;
 
+    /// Number of elements.
+    fn elements(&self) -> usize;
+
+    /// Power (W) that the forces of some of its elements take from a motion: −f(x, v) · w with v
+    /// `damped` and w `moved`, the same for v and w exchanged.
+    fn power_of(&self, elements: Range<usize>, motion: DampedMotion<'_>) -> f64;
+
     /// Power taken from the motion (W), never negative.
-    fn power(&self, state: &State) -> f64;
+    fn power(&self, state: &State) -> f64 {
+        let motion = DampedMotion {
+            positions: &state.positions,
+            damped: &state.velocities,
+            moved: &state.velocities,
+        };
+        self.power_of(0..self.elements(), motion)
+    }
 
     /// Adds the damping forces (N).
     fn add_forces(&self, state: &State, forces: &mut [DVec3]);
@@ -37,15 +66,19 @@ pub struct MassDamping {
 
 impl Damping for MassDamping {
     fn name(&self) -> &'static str {
-        "mass_damping"
+        DAMPINGS[0]
     }
 
-    fn power(&self, state: &State) -> f64 {
-        self.drag
+    fn elements(&self) -> usize {
+        self.drag.len()
+    }
+
+    fn power_of(&self, elements: Range<usize>, motion: DampedMotion<'_>) -> f64 {
+        let velocities = motion.damped[elements.clone()]
             .iter()
-            .zip(&state.velocities)
-            .map(|(c, v)| c * v.length_squared())
-            .sum()
+            .zip(&motion.moved[elements.clone()]);
+        let each = self.drag[elements].iter().zip(velocities);
+        each.map(|(c, (v, w))| c * v.dot(*w)).sum()
     }
 
     fn add_forces(&self, state: &State, forces: &mut [DVec3]) {
@@ -132,15 +165,21 @@ fn add_forces(dampers: impl Iterator<Item = Damper>, state: &State, window: &mut
 
 impl Damping for SpringDamping {
     fn name(&self) -> &'static str {
-        "stiffness_damping"
+        DAMPINGS[1]
     }
 
-    fn power(&self, state: &State) -> f64 {
-        let power = |damper| {
-            let (d, v, c) = motion(damper, state);
-            damper_force(d, v, c).dot(v)
+    fn elements(&self) -> usize {
+        self.times.len()
+    }
+
+    fn power_of(&self, elements: Range<usize>, motion: DampedMotion<'_>) -> f64 {
+        let springs = self.springs.springs[elements.clone()].iter();
+        let power = |(spring, time): (&Spring, &f64)| {
+            let d = spring.span(motion.positions);
+            let force = damper_force(d, spring.span(motion.damped), time * spring.stiffness);
+            force.dot(spring.span(motion.moved))
         };
-        self.dampers().map(power).sum()
+        springs.zip(&self.times[elements]).map(power).sum()
     }
 
     fn add_forces(&self, state: &State, forces: &mut [DVec3]) {

@@ -4,6 +4,7 @@ use super::{Cut, Force, Window};
 use crate::linear::Chunks;
 use crate::state::State;
 use glam::DVec3;
+use std::ops::Range;
 
 /// Weight of every particle: E = −Σ m g · x (J), zero at the origin; f = m g (N).
 #[derive(Clone, Debug)]
@@ -31,9 +32,20 @@ impl Force for Gravity {
         "gravitational"
     }
 
-    fn energy(&self, state: &State) -> f64 {
-        let lifted = |(&m, x): (&f64, &DVec3)| -m * self.acceleration.dot(*x);
-        self.masses.iter().zip(&state.positions).map(lifted).sum()
+    fn elements(&self) -> usize {
+        self.masses.len()
+    }
+
+    fn energy_of(&self, elements: Range<usize>, positions: &[DVec3]) -> f64 {
+        // Four sums side by side: one after the other, each addition waits for the last.
+        let mut moments = [DVec3::ZERO; 4];
+        let each = self.masses[elements.clone()].chunks(4);
+        for (masses, positions) in each.zip(positions[elements].chunks(4)) {
+            for (moment, (m, x)) in moments.iter_mut().zip(masses.iter().zip(positions)) {
+                *moment += *x * *m;
+            }
+        }
+        -self.acceleration.dot(moments.into_iter().sum())
     }
 
     fn add_forces(&self, state: &State, forces: &mut [DVec3]) {

@@ -11,6 +11,7 @@ use crate::state::State;
 use glam::DVec3;
 use std::fmt::Debug;
 use std::marker::PhantomData;
+use std::ops::Range;
 
 /// Energy of a dihedral angle θ against its rest angle θ₀ (rad), for a hinge of stiffness 1. A law
 /// that asks for the angle itself pays for its arctangent.
@@ -74,9 +75,13 @@ impl<L: BendingLaw> Force for HingeBatch<L> {
         L::NAME
     }
 
-    fn energy(&self, state: &State) -> f64 {
-        let each = self.hinges.iter().map(|hinge| {
-            let fold = Dihedral::of(hinge.of(&state.positions)).fold;
+    fn elements(&self) -> usize {
+        self.hinges.len()
+    }
+
+    fn energy_of(&self, elements: Range<usize>, positions: &[DVec3]) -> f64 {
+        let each = self.hinges[elements].iter().map(|hinge| {
+            let fold = Dihedral::of(hinge.of(positions)).fold;
             hinge.stiffness * L::energy(fold, hinge.rest_angle)
         });
         each.sum()

@@ -3,10 +3,11 @@
 use super::dihedral::Hessian;
 use super::hinge::{add_hessian, hinge_pattern};
 use super::pass::Lists;
-use super::{Cut, Damping, Dihedral, Hinge, Window};
+use super::{Cut, DAMPINGS, DampedMotion, Damping, Dihedral, Hinge, Window};
 use crate::linear::{Assembly, Chunks, Pattern};
 use crate::state::State;
 use glam::DVec3;
+use std::ops::Range;
 
 /// Damping of bending with c = τ k (N·m·s): f = −c θ̇ ∇θ (N) with θ̇ = ∇θ · v; P = Σ c θ̇² (W).
 /// Turning and moving as a whole stay free.
@@ -50,15 +51,24 @@ fn add_forces(dampers: impl Iterator<Item = Damper>, state: &State, window: &mut
 
 impl Damping for HingeDamping {
     fn name(&self) -> &'static str {
-        "stiffness_damping"
+        DAMPINGS[1]
     }
 
-    fn power(&self, state: &State) -> f64 {
-        let power = |damper| {
-            let (_, rate, c) = motion(damper, state);
-            c * rate * rate
+    fn elements(&self) -> usize {
+        self.times.len()
+    }
+
+    fn power_of(&self, elements: Range<usize>, motion: DampedMotion<'_>) -> f64 {
+        let hinges = self.hinges[elements.clone()].iter();
+        let power = |(hinge, time): (&Hinge, &f64)| {
+            let gradient = Dihedral::of(hinge.of(motion.positions)).gradient;
+            let rate = |velocities| {
+                let corners = gradient.iter().zip(hinge.of(velocities));
+                corners.map(|(g, v)| g.dot(v)).sum::<f64>()
+            };
+            time * hinge.stiffness * rate(motion.damped) * rate(motion.moved)
         };
-        self.dampers().map(power).sum()
+        hinges.zip(&self.times[elements]).map(power).sum()
     }
 
     fn add_forces(&self, state: &State, forces: &mut [DVec3]) {

@@ -13,7 +13,7 @@ mod hinge_damping;
 mod pass;
 mod spring;
 
-pub use damping::{Damping, MassDamping, SpringDamping, damper_force};
+pub use damping::{DAMPINGS, DampedMotion, Damping, MassDamping, SpringDamping, damper_force};
 pub use dihedral::{Dihedral, Fold};
 pub use discrete_shell::DiscreteShell;
 pub use edge_spring::EdgeSpring;
@@ -21,20 +21,32 @@ pub use gravity::Gravity;
 pub use hinge::{BendingLaw, Hinge, HingeBatch};
 pub use hinge_damping::HingeDamping;
 pub use pass::{Cut, ForcePass, Window};
-pub use spring::{Spring, SpringBatch, energy, force, jacobian, largest_stretch_squared};
+pub use spring::{
+    Spring, SpringBatch, energy, energy_and_stretch_squared, force, jacobian,
+    largest_stretch_squared,
+};
 
 use crate::linear::{Assembly, Chunks, Pattern};
 use crate::state::State;
 use glam::DVec3;
 use std::fmt::Debug;
+use std::ops::Range;
 
 /// A batch of elements of one law.
 pub trait Force: Debug + Send + Sync {
     /// The law's name in reports: `gravitational`, or the spring family.
     fn name(&self) -> &'static str;
 
+    /// Number of elements.
+    fn elements(&self) -> usize;
+
+    /// Potential energy of some of its elements (J).
+    fn energy_of(&self, elements: Range<usize>, positions: &[DVec3]) -> f64;
+
     /// Potential energy (J).
-    fn energy(&self, state: &State) -> f64;
+    fn energy(&self, state: &State) -> f64 {
+        self.energy_of(0..self.elements(), &state.positions)
+    }
 
     /// Adds −∂E/∂x (N) to `forces`, one entry a particle.
     fn add_forces(&self, state: &State, forces: &mut [DVec3]);

@@ -9,6 +9,7 @@ use super::{Cut, Force, Jacobian, Stiffness, Window};
 use crate::linear::{Assembly, Chunks, LineBlock, Pattern};
 use crate::state::State;
 use glam::DVec3;
+use std::ops::Range;
 
 /// Energy of a spring (J): E = ½ k (|d| − ℓ₀)² with d = xⱼ − xᵢ.
 pub fn energy(d: DVec3, stiffness: f64, rest_length: f64) -> f64 {
@@ -116,6 +117,58 @@ pub fn largest_stretch_squared(springs: &[Spring], positions: &[DVec3]) -> f64 {
         .fold(f64::NEG_INFINITY, f64::max)
 }
 
+/// Energy of some springs together (J), and their largest λ² as [`largest_stretch_squared`] has it.
+pub fn energy_and_stretch_squared(springs: &[Spring], positions: &[DVec3]) -> [f64; 2] {
+    look::<true>(springs, positions)
+}
+
+/// Four springs at once, so that their roots and divisions share instructions; the largest λ² if it is
+/// asked for.
+#[inline(always)]
+fn look<const STRETCH: bool>(springs: &[Spring], positions: &[DVec3]) -> [f64; 2] {
+    let (mut sums, mut largest) = ([0.0; 4], [f64::NEG_INFINITY; 4]);
+    let (fours, rest) = springs.as_chunks::<4>();
+    for four in fours {
+        look_at(four, positions, &mut sums, &mut largest, STRETCH);
+    }
+    let (mut sum, mut most) = ([0.0], [f64::NEG_INFINITY]);
+    for spring in rest {
+        look_at(&[*spring], positions, &mut sum, &mut most, STRETCH);
+    }
+    let sum = sums.iter().chain(&sum).sum::<f64>();
+    let most = largest.into_iter().chain(most);
+    [0.5 * sum, most.fold(f64::NEG_INFINITY, f64::max)]
+}
+
+/// Adds k (ℓ − ℓ₀)² of each to its sum, and keeps its λ² where that is larger.
+#[inline(always)]
+fn look_at<const L: usize>(
+    springs: &[Spring; L],
+    positions: &[DVec3],
+    sums: &mut [f64; L],
+    largest: &mut [f64; L],
+    with_stretch: bool,
+) {
+    let squares = springs
+        .each_ref()
+        .map(|spring| spring.span(positions).length_squared());
+    let rests = springs.each_ref().map(|spring| spring.rest_length);
+    for k in 0..L {
+        let stretch = squares[k].sqrt() - rests[k];
+        sums[k] += springs[k].stiffness * (stretch * stretch);
+    }
+    if with_stretch {
+        for k in 0..L {
+            let square = squares[k] / (rests[k] * rests[k]);
+            largest[k] = if square > largest[k] {
+                square
+            } else {
+                largest[k]
+            };
+        }
+    }
+}
+
 /// All springs of one family.
 #[derive(Clone, Debug)]
 pub struct SpringBatch {
@@ -137,17 +190,12 @@ impl Force for SpringBatch {
         self.family
     }
 
-    fn energy(&self, state: &State) -> f64 {
-        self.springs
-            .iter()
-            .map(|spring| {
-                energy(
-                    spring.span(&state.positions),
-                    spring.stiffness,
-                    spring.rest_length,
-                )
-            })
-            .sum()
+    fn elements(&self) -> usize {
+        self.springs.len()
+    }
+
+    fn energy_of(&self, elements: Range<usize>, positions: &[DVec3]) -> f64 {
+        look::<false>(&self.springs[elements], positions)[0]
     }
 
     fn add_forces(&self, state: &State, forces: &mut [DVec3]) {

@@ -4,7 +4,6 @@ use super::{
     Checkpoint, ClothCheckpoint, ClothFrame, ClothHeader, ContactMark, Event, Frame, Header,
     Histogram, ObstacleHeader, Series, SpringDetail, SpringFamily,
 };
-use crate::energy::Energies;
 use crate::mesh::TriMesh;
 use crate::model::Cloth;
 use crate::scene::{LoadedScene, SpringDetailName, model_list};
@@ -210,7 +209,8 @@ fn cloth_frame(
 /// Path, label with unit, and value of every series, in a fixed order.
 fn series(simulation: &Simulation) -> Vec<(String, String, f64)> {
     let (model, stats) = (simulation.model(), simulation.stats());
-    let energies = Energies::of(model, simulation.state());
+    let balance = simulation.balance();
+    let energies = &balance.energies;
     let mut all = Vec::new();
     let mut add = |path: String, label: String, value: f64| all.push((path, label, value));
     let mut energy = |name: &str, value: f64| {
@@ -226,12 +226,14 @@ fn series(simulation: &Simulation) -> Vec<(String, String, f64)> {
         energy(&format!("elastic_{family}"), *value);
     }
     energy("total", energies.total());
-    for (cause, value) in &simulation.ledger().dissipated {
+    for (cause, value) in &balance.dissipated {
         energy(&format!("dissipated_by_{cause}"), *value);
     }
-    for (cause, value) in &simulation.ledger().work {
+    for (cause, value) in &balance.work {
         energy(&format!("work_by_{cause}"), *value);
     }
+    energy("residual", balance.residual);
+    energy("exchanged", balance.exchanged);
     add(
         "strain/max".into(),
         "largest strain (m/m)".into(),

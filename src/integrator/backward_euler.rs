@@ -153,7 +153,7 @@ impl BackwardEuler {
         }
         // What was left before the constraints were projected out is what they had to supply.
         let whole = stage.dt / stage.gamma;
-        update_grips(contacts, &self.missing, whole, velocities);
+        update_grips(model, contacts, &self.missing, whole, velocities);
         solve
     }
 

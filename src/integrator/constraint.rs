@@ -59,19 +59,28 @@ pub(super) fn prescribe(
 /// equation, of which one step's impulse is `scale` times as much with its sign turned. A contact that
 /// lets go leaves its particle no velocity towards the surface: that was the constraint's own pull.
 pub(super) fn update_grips(
+    model: &Model,
     contacts: &mut Contacts,
     missing: &[DVec3],
     scale: f64,
     velocities: &mut [DVec3],
 ) {
-    for contact in &contacts.list {
+    let Contacts { list, grips } = contacts;
+    for contact in list {
         let i = contact.particle;
-        let grip = contacts.grips[i];
+        let grip = grips[i];
         if grip.pressure > 0.0 {
-            let v = &mut velocities[i];
-            contacts.grips[i] = regrip(contact, grip, -missing[i] * scale, *v);
-            if contacts.grips[i].pressure == 0.0 {
-                *v -= contact.normal * v.dot(contact.normal).min(0.0);
+            let (v, impulse) = (&mut velocities[i], -missing[i] * scale);
+            contact.impulse += if grip.sticks {
+                impulse
+            } else {
+                contact.normal * impulse.dot(contact.normal) + grip.drag
+            };
+            grips[i] = regrip(contact, grip, impulse, *v);
+            if grips[i].pressure == 0.0 {
+                let pull = contact.normal * v.dot(contact.normal).min(0.0);
+                *v -= pull;
+                contact.impulse -= pull * model.masses[i];
             }
         }
     }

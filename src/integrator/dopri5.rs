@@ -148,10 +148,22 @@ impl Scheme for Dopri5 {
     fn advance(
         &mut self,
         model: &Model,
+        contacts: &mut Contacts,
+        dt: f64,
+        before: &State,
+        state: &mut State,
+    ) -> Solve {
+        self.advance_showing(model, contacts, dt, before, state, &mut |_, _| {})
+    }
+
+    fn advance_showing(
+        &mut self,
+        model: &Model,
         _: &mut Contacts,
         dt: f64,
         before: &State,
         state: &mut State,
+        show: &mut dyn FnMut(&State, &State),
     ) -> Solve {
         state.copy_from(before);
         let end = state.time + dt;
@@ -180,6 +192,7 @@ impl Scheme for Dopri5 {
             let accepted = ratio <= 1.0;
             if accepted {
                 state.time = if h >= left { end } else { self.start.time + h };
+                show(&self.start, state);
                 self.start.copy_from(state);
                 self.slopes.swap(0, STAGES - 1);
                 // A step that was cut short by the end says little of the next.

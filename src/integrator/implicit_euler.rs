@@ -65,7 +65,7 @@ impl Scheme for ImplicitEuler {
         let floor = free_fall(model, dt);
         let solve = system.solve(impulses, velocities, linear.tolerance, floor);
         system.balance_momentum(model, impulses, velocities);
-        update_grips(contacts, system.residual(), 1.0, velocities);
+        update_grips(model, contacts, system.residual(), 1.0, velocities);
         for (x, v) in state.positions.iter_mut().zip(&state.velocities) {
             *x += *v * dt;
         }

@@ -203,6 +203,21 @@ pub trait Scheme: Debug + Send {
         state: &mut State,
     ) -> Solve;
 
+    /// Advances like [`Scheme::advance`], and hands each step of its own within `dt` to `show`, by the
+    /// states before and after it. Only a scheme that has such steps does; the others show nothing.
+    fn advance_showing(
+        &mut self,
+        model: &Model,
+        contacts: &mut Contacts,
+        dt: f64,
+        before: &State,
+        state: &mut State,
+        show: &mut dyn FnMut(&State, &State),
+    ) -> Solve {
+        let _ = show;
+        self.advance(model, contacts, dt, before, state)
+    }
+
     /// Keeps what the scheme carries over from step to step, in case that the next one is tried again.
     fn remember(&mut self) {}
 

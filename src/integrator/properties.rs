@@ -1,6 +1,7 @@
 //! What is true of each scheme, and what it can't do in a scene, in words.
 
 use super::Integrator;
+use crate::energy::When;
 use crate::model::Model;
 
 impl Integrator {
@@ -117,6 +118,21 @@ impl Integrator {
             Self::Xpbd { .. } => 1.0 / 1200.0,
             Self::Projective { .. } => 1.0 / 60.0,
             _ => 1.0 / 240.0,
+        }
+    }
+
+    /// Where in a step the scheme takes the dampings: the place of their positions and of the velocities
+    /// that they answer. Their work along the step's way is then exact where the scheme's is one such
+    /// force; else, in the middle, of second order.
+    pub fn damped_at(self) -> [When; 2] {
+        match self {
+            Self::Euler | Self::SymplecticEuler => [When::Start, When::Start],
+            Self::Verlet | Self::Rk4 | Self::Dopri5 { .. } | Self::ImplicitMidpoint(_) => {
+                [When::Middle, When::Middle]
+            }
+            Self::ImplicitEuler(_) => [When::Start, When::End],
+            Self::Newton(_) | Self::Bdf2(_) | Self::Projective { .. } => [When::End, When::End],
+            Self::Xpbd { .. } => [When::Middle, When::End],
         }
     }
 

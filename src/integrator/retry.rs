@@ -165,6 +165,7 @@ mod tests {
             gap: 0.25,
             distance: 0.5,
             friction: 0.0,
+            impulse: DVec3::ZERO,
         });
         let mut before = state.clone();
         before.positions[0].y = 1.0;

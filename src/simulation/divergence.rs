@@ -4,7 +4,8 @@ use super::budget::{self, STEPS};
 use super::cause::{Cause, Part};
 use super::survey::Survey;
 use super::{Simulation, Stage, forecast};
-use crate::force::{Force as _, Spring};
+use crate::energy::{Ledger, Totals};
+use crate::force::Spring;
 use crate::integrator::Integrator;
 use crate::linear::Solve;
 use crate::model::Model;
@@ -196,23 +197,26 @@ impl Simulation {
     /// Looks at strains before limiting, which would hide a senseless one. It counts when energy comes with
     /// it that nothing explains: cloth may be that soft.
     pub(super) fn check_strain(&mut self, survey: &Survey) -> Result<(), Diverged> {
-        if survey.strain() > self.sensible_strain {
-            let gravitational = self.model.gravity.energy(&self.state);
-            if self.energy(survey.kinetic) > self.budget.explained(gravitational) {
-                return Err(self.diverged(Sign::Stretched, Stage::Integrate));
-            }
+        if survey.strain() > self.sensible_strain
+            && self.energy(survey) > self.budget.explained(survey.energy.gravitational)
+        {
+            return Err(self.diverged(Sign::Stretched, Stage::Integrate));
         }
         Ok(())
     }
 
-    /// Looks for energy that no work explains, `kinetic` (J) being known: every eighth step, and at
-    /// once when motion alone has more than it may.
-    pub(super) fn check_budget(&mut self, kinetic: f64) -> Result<(), Diverged> {
+    /// Looks for energy that no work explains: every eighth step, and at once when motion alone has more
+    /// than it may.
+    pub(super) fn check_budget(&mut self, survey: &Survey) -> Result<(), Diverged> {
+        let Totals {
+            kinetic,
+            gravitational,
+            ..
+        } = survey.energy;
         if !self.stats.steps.is_multiple_of(STEPS) && kinetic <= self.budget.bound {
             return Ok(());
         }
-        let has = self.energy(kinetic);
-        let gravitational = self.model.gravity.energy(&self.state);
+        let has = self.energy(survey);
         if has <= self.budget.take_bound(gravitational) {
             return Ok(());
         }
@@ -228,11 +232,16 @@ impl Simulation {
     }
 
     /// The energy that work has to explain (J): kinetic, and elastic where the scheme's springs have it.
-    fn energy(&self, kinetic: f64) -> f64 {
-        if self.integrator.has_elastic_energy() {
-            kinetic + budget::elastic(&self.model, &self.state)
-        } else {
+    fn energy(&self, survey: &Survey) -> f64 {
+        let Totals {
+            kinetic, elastic, ..
+        } = survey.energy;
+        if !self.integrator.has_elastic_energy() {
             kinetic
+        } else if Ledger::is_booked_by_stage(&self.model) {
+            kinetic + elastic
+        } else {
+            kinetic + budget::elastic(&self.model, &self.state)
         }
     }
 
@@ -298,7 +307,7 @@ impl Simulation {
         let particle = self.conspicuous(sign, worst.map(|(_, spring, _)| spring));
         let (step, time) = (self.stats.steps, self.state.time);
         self.state.copy_from(&self.before);
-        self.ledger.clone_from(&self.booked);
+        self.ledger.copy_from(&self.booked);
         self.stats.steps -= 1;
         self.contacts.list.clear(); // they belong to the failed step
         let place = |particle: usize| self.model.place(particle);

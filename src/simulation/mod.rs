@@ -2,6 +2,7 @@
 
 mod budget;
 mod cause;
+mod correct;
 mod divergence;
 mod element;
 mod equilibrium;
@@ -21,16 +22,15 @@ pub use step_length::{AUTO_SHARE, NoStableStep, step_length, sweep_compliance};
 
 use budget::Budget;
 
-use crate::collision::{Contacts, Detection, Masses, respond};
-use crate::energy::{Ledger, PinWork, kinetic, potential};
-use crate::force::Force as _;
+use crate::collision::{Contacts, Detection};
+use crate::energy::{Balance, DampingWork, Energies, Flows, Ledger, PinWork, potential};
 use crate::integrator::{Integrator, Scheme};
 use crate::linear::{Solve, awake};
 use crate::model::Model;
 use crate::state::State;
 use crate::strain_limit::{Limited, Wall};
 use glam::DVec3;
-use survey::Survey;
+use survey::{Survey, moving};
 
 /// A model, its state, and the scheme that moves it.
 #[derive(Debug)]
@@ -49,8 +49,12 @@ pub struct Simulation {
     ledger: Ledger,
     /// The ledger before the current step.
     booked: Ledger,
+    /// What measures the work of dampings; none without them.
+    damping_work: Option<DampingWork>,
     /// What measures the work of moving pins; none without them.
     pin_work: Option<PinWork>,
+    /// Who has moved particles since the ledger's potential was taken.
+    mover: Option<&'static str>,
     budget: Budget,
     /// A strain beyond this is no cloth's any more.
     sensible_strain: f64,
@@ -75,9 +79,8 @@ pub struct StepStats {
     pub depth: f64,
 }
 
-/// Rounds of strain limiting and contact in a step: each undoes a little of the other. Steps of
-/// `drape` need one or two.
-const MAX_ROUNDS: u32 = 12;
+/// Time (s) from which the ledger's accounts are compared with how they stood before: a frame.
+const LOOK: f64 = 1.0 / 60.0;
 
 impl Simulation {
     /// A simulation at its first state. `dt` is the step (s).
@@ -97,7 +100,9 @@ impl Simulation {
             sensible_strain: divergence::sensible_strain(&model, &state),
             booked: Ledger::open(&model, &state),
             ledger: Ledger::open(&model, &state),
+            damping_work: DampingWork::new(&model, integrator.damped_at()),
             pin_work: PinWork::new(&model),
+            mover: None,
             budget: Budget::open(&model, &state, dt),
             stats: Stats::default(),
             unlimited: vec![DVec3::ZERO; limited],
@@ -121,29 +126,61 @@ impl Simulation {
     }
 
     fn step_awake(&mut self) -> Result<StepStats, Diverged> {
-        self.booked.clone_from(&self.ledger);
+        self.begin_ledger();
         self.release_pins();
-        let solve = self.integrate();
+        let (solve, flows) = self.integrate();
         let mut survey = self.survey();
         self.check_finite(&survey, Stage::Integrate)?;
         self.check_solved(solve)?;
-        let work = self.work_of_pins();
+        self.budget.grant(flows.pins);
         self.check_strain(&survey)?;
-        self.book_damping_and_pins(work);
-        let limited = self.correct();
-        if self.model.strain_limit.is_some() || !self.model.obstacles.is_empty() {
-            survey = self.survey(); // the state may be another one
-            self.check_finite(&survey, Stage::Respond)?;
-        }
+        self.ledger.integrated(flows, survey.energy);
+        let limited = self.correct(&mut survey)?;
         let step = StepStats {
             solve,
             limited,
             strain: survey.strain(),
             depth: self.contacts.deepest(),
         };
-        self.check_budget(survey.kinetic)?;
-        self.book(&step, survey.kinetic);
+        self.check_budget(&survey)?;
+        self.book(&step, survey.energy.kinetic);
+        self.end_ledger(&survey);
         Ok(step)
+    }
+
+    /// Keeps the state and the ledger as they are before the step.
+    fn begin_ledger(&mut self) {
+        let Self {
+            model,
+            state,
+            ledger,
+            booked,
+            mover,
+            stats,
+            ..
+        } = self;
+        stats.times.time(Stage::Measure, || {
+            booked.copy_from(ledger);
+            ledger.begin(moving(model, state));
+        });
+        *mover = None;
+    }
+
+    /// Ends the step in the ledger, and looks at its accounts where a frame's time is over.
+    fn end_ledger(&mut self, survey: &Survey) {
+        self.ledger.end(survey.energy);
+        let frame = |time: f64| ((time - self.start) / LOOK + 1e-6).floor();
+        if frame(self.state.time) > frame(self.before.time) {
+            let Self {
+                model,
+                state,
+                ledger,
+                stats,
+                ..
+            } = self;
+            let times = &mut stats.times;
+            times.time(Stage::Measure, || ledger.mark(model, state));
+        }
     }
 
     /// n dt, not a sum of dt: after a million steps a sum is off by 1e-10 s.
@@ -168,12 +205,14 @@ impl Simulation {
         model.begin_step(state.time, end);
         if let Some(before) = before {
             let added = potential(model, state) - before;
-            ledger.book_pins(added);
+            ledger.release(added);
             budget.grant(added);
         }
     }
 
-    fn integrate(&mut self) -> Solve {
+    /// Advances the state by the scheme, and measures what acted within: over the whole step, or over each
+    /// of those that the scheme takes on its own.
+    fn integrate(&mut self) -> (Solve, Flows) {
         let end = self.next_time();
         let Self {
             scheme,
@@ -182,180 +221,52 @@ impl Simulation {
             dt,
             before,
             state,
+            damping_work,
+            pin_work,
             stats,
             ..
         } = self;
+        let mut seen: Option<Flows> = None;
+        let mut see = |seen: &mut Option<Flows>, dt: f64, from: &State, to: &State| {
+            let flows = seen.get_or_insert_default();
+            if let Some(work) = damping_work {
+                let taken = work.of_step(model, dt, from, to);
+                flows.dampings = [0, 1].map(|kind| flows.dampings[kind] + taken[kind]);
+            }
+            if let Some(work) = pin_work {
+                flows.pins += work.of_step(model, from, to);
+            }
+        };
         std::mem::swap(before, state);
         let solve = stats.times.time(Stage::Integrate, || {
-            scheme.advance(model, contacts, *dt, before, state)
+            let show =
+                &mut |from: &State, to: &State| see(&mut seen, to.time - from.time, from, to);
+            scheme.advance_showing(model, contacts, *dt, before, state, show)
         });
         state.time = end;
         model.drive(state);
         stats.steps += 1;
-        solve
-    }
-
-    /// The work (J) that moving pins did in the step, which explains as much energy; 0 without any.
-    fn work_of_pins(&mut self) -> f64 {
-        let Self {
-            model,
-            state,
-            before,
-            pin_work,
-            budget,
-            stats,
-            ..
-        } = self;
-        let Some(pins) = pin_work else {
-            return 0.0;
-        };
-        let times = &mut stats.times;
-        let work = times.time(Stage::Measure, || pins.of_step(model, before, state));
-        budget.grant(work);
-        work
-    }
-
-    /// Books what damping took and what moving pins gave, at the scheme's own velocities: limits and
-    /// contact change them after.
-    fn book_damping_and_pins(&mut self, work: f64) {
-        let Self {
-            model,
-            state,
-            ledger,
-            pin_work,
-            stats,
-            dt,
-            ..
-        } = self;
-        stats.times.time(Stage::Measure, || {
-            ledger.book(model, state, *dt);
-            if pin_work.is_some() {
-                ledger.book_pins(work);
+        let flows = stats.times.time(Stage::Measure, || {
+            if seen.is_none() {
+                see(&mut seen, *dt, before, state);
             }
-        });
-    }
-
-    /// Strain limiting and contact. What they add to motion and height is no fault of the scheme's; what
-    /// they take from the springs isn't looked at, which would cost two passes over them.
-    fn correct(&mut self) -> Limited {
-        if self.model.strain_limit.is_none() && self.model.obstacles.is_empty() {
-            return Limited::default();
-        }
-        let before = self.measure_energy();
-        let limited = self.limit_strain_and_contact();
-        let added = self.measure_energy() - before;
-        self.budget.grant(added);
-        limited
-    }
-
-    /// Kinetic and gravitational energy (J).
-    fn measure_energy(&mut self) -> f64 {
-        let Self {
-            model,
-            state,
-            stats,
-            ..
-        } = self;
-        let times = &mut stats.times;
-        times.time(Stage::Measure, || {
-            kinetic(model, state) + model.gravity.energy(state)
-        })
-    }
-
-    /// Repeats strain limiting and contact until nothing is inside a body any more.
-    fn limit_strain_and_contact(&mut self) -> Limited {
-        let mut all = Limited::default();
-        for round in 0..MAX_ROUNDS {
-            let first = round == 0;
-            let limited = self.limit_strain(first);
-            let before = if first { limited.before } else { all.before };
-            all = Limited {
-                passes: all.passes + limited.passes,
-                before,
-                after: limited.after,
-            };
-            if self.model.obstacles.is_empty() {
-                return all;
-            }
-            self.detect_contacts();
-            // What is only too close is moved once; the next round brings its springs in order.
-            if self.respond(first) == 0 && !(first && self.model.strain_limit.is_some()) {
-                return all;
-            }
-        }
-        // Strain and contact contradict each other: contact has the last word, strain is reported.
-        self.detect_contacts();
-        self.respond(false);
-        self.detect_contacts();
-        all
-    }
-
-    /// Shortens what is stretched too far. The way moved becomes velocity, if asked for: what follows
-    /// a contact's correction, which has no velocity either, must not throw the cloth.
-    fn limit_strain(&mut self, with_velocity: bool) -> Limited {
-        let Self {
-            model,
-            state,
-            unlimited,
-            walls,
-            contacts,
-            dt,
-            stats,
-            ..
-        } = self;
-        let Some(limit) = &model.strain_limit else {
-            return Limited::default();
-        };
-        stats.times.time(Stage::LimitStrain, || {
-            unlimited.copy_from_slice(&state.positions);
-            walls.fill(Wall::default());
+            let mut flows = seen.unwrap_or_default();
             for contact in &contacts.list {
-                walls[contact.particle] = contact.wall();
+                let i = contact.particle;
+                let mean = (state.positions[i] - before.positions[i]) / *dt;
+                let along = contact.normal.dot(contact.impulse) * contact.normal.dot(mean);
+                flows.contact -= along;
+                flows.friction -= contact.impulse.dot(mean) - along;
             }
-            let limited = limit.apply(&mut state.positions, &model.inverse_masses, walls);
-            if limited.passes > 0 && with_velocity {
-                for i in 0..unlimited.len() {
-                    state.velocities[i] += (state.positions[i] - unlimited[i]) / *dt;
-                }
-            }
-            limited
-        })
-    }
-
-    fn detect_contacts(&mut self) {
-        let Self {
-            model,
-            state,
-            contacts,
-            detection,
-            stats,
-            ..
-        } = self;
-        stats.times.time(Stage::DetectContacts, || {
-            let cloth = &state.positions[..model.cloth_particles()];
-            detection.find(&model.obstacles, cloth, contacts);
+            flows
         });
+        (solve, flows)
     }
 
-    fn respond(&mut self, spread: bool) -> usize {
-        let Self {
-            model,
-            state,
-            contacts,
-            stats,
-            ..
-        } = self;
-        let masses = Masses {
-            masses: &model.masses,
-            inverse: &model.inverse_masses,
-        };
-        stats
-            .times
-            .time(Stage::Respond, || respond(contacts, masses, spread, state))
-    }
-
-    /// Looks for what is wrong, and measures strain and kinetic energy.
+    /// Looks for what is wrong, and measures strain and energies: the elastic one where stages besides
+    /// the integration need it, too.
     fn survey(&mut self) -> Survey {
+        let with_elastic = Ledger::is_booked_by_stage(&self.model);
         let Self {
             model,
             state,
@@ -364,7 +275,7 @@ impl Simulation {
         } = self;
         stats
             .times
-            .time(Stage::Measure, || Survey::of(model, state))
+            .time(Stage::Measure, || Survey::of(model, state, with_elastic))
     }
 
     fn book(&mut self, step: &StepStats, kinetic: f64) {
@@ -399,6 +310,11 @@ impl Simulation {
     /// The energy ledger.
     pub fn ledger(&self) -> &Ledger {
         &self.ledger
+    }
+
+    /// The energies of the state and where those of the run went.
+    pub fn balance(&self) -> Balance {
+        self.ledger.balance(Energies::of(&self.model, &self.state))
     }
 
     /// Sums and extremes since the start.

@@ -1,7 +1,7 @@
 //! What is measured of a state, in one look on all threads.
 
-use crate::energy::kinetic_of;
-use crate::force::largest_stretch_squared;
+use crate::energy::{Totals, kinetic_of};
+use crate::force::{Force as _, energy_and_stretch_squared, largest_stretch_squared};
 use crate::linear::Chunks;
 use crate::model::Model;
 use crate::state::State;
@@ -18,8 +18,8 @@ pub(super) struct Survey {
     pub(super) finite: bool,
     /// Whether no particle is farther than [`FAR`] from the origin.
     pub(super) near: bool,
-    /// Kinetic energy (J).
-    pub(super) kinetic: f64,
+    /// The energies; the elastic one if it was asked for.
+    pub(super) energy: Totals,
     /// Largest λ² of the weave; −∞ without springs.
     stretch_squared: f64,
 }
@@ -29,30 +29,36 @@ impl Default for Survey {
         Self {
             finite: true,
             near: true,
-            kinetic: 0.0,
+            energy: Totals::default(),
             stretch_squared: f64::NEG_INFINITY,
         }
     }
 }
 
 impl Survey {
-    /// Looks at a state. Sums are taken in the order of fixed chunks.
-    pub(super) fn of(model: &Model, state: &State) -> Self {
+    /// Looks at a state, `with_elastic` also at the energy of springs and hinges. Sums are taken in the
+    /// order of fixed chunks.
+    pub(super) fn of(model: &Model, state: &State, with_elastic: bool) -> Self {
         let chunks = Chunks::of(model.particles());
         let look = |chunk: usize| {
-            let weave = model.weave().map(|batch| {
-                let share = chunks.share(chunk, batch.springs.len());
-                largest_stretch_squared(&batch.springs[share], &state.positions)
-            });
-            Self {
-                stretch_squared: weave.fold(f64::NEG_INFINITY, f64::max),
-                ..Self::of_particles(model, state, chunks.range(chunk))
-            }
+            let [elastic, stretch_squared] = if with_elastic {
+                look_at_elements(model, &state.positions, chunks, chunk)
+            } else {
+                let weave = model.weave().map(|batch| {
+                    let share = chunks.share(chunk, batch.springs.len());
+                    largest_stretch_squared(&batch.springs[share], &state.positions)
+                });
+                [0.0, weave.fold(f64::NEG_INFINITY, f64::max)]
+            };
+            let mut survey = Self::of_particles(model, state, chunks.range(chunk));
+            survey.energy.elastic = elastic;
+            survey.stretch_squared = stretch_squared;
+            survey
         };
         chunks.map(look).fold(Self::default(), |all, chunk| Self {
             finite: all.finite && chunk.finite,
             near: all.near && chunk.near,
-            kinetic: all.kinetic + chunk.kinetic,
+            energy: all.energy + chunk.energy,
             stretch_squared: all.stretch_squared.max(chunk.stretch_squared),
         })
     }
@@ -71,7 +77,11 @@ impl Survey {
         Self {
             finite: !zero.is_nan(),
             near: farthest <= FAR * FAR,
-            kinetic: kinetic_of(&model.masses[range], velocities),
+            energy: Totals {
+                kinetic: kinetic_of(&model.masses[range.clone()], velocities),
+                gravitational: model.gravity.energy_of(range, &state.positions),
+                elastic: 0.0,
+            },
             ..Self::default()
         }
     }
@@ -84,4 +94,41 @@ impl Survey {
             self.stretch_squared.sqrt() - 1.0
         }
     }
+}
+
+/// Elastic energy (J) of a chunk's share of springs and hinges, and the largest λ² of the weave among
+/// them.
+fn look_at_elements(model: &Model, positions: &[DVec3], chunks: Chunks, chunk: usize) -> [f64; 2] {
+    let (mut elastic, mut largest) = (0.0, f64::NEG_INFINITY);
+    for batch in &model.springs {
+        let share = chunks.share(chunk, batch.springs.len());
+        if batch.is_weave() {
+            let [energy, square] = energy_and_stretch_squared(&batch.springs[share], positions);
+            elastic += energy;
+            largest = largest.max(square);
+        } else {
+            elastic += batch.energy_of(share, positions);
+        }
+    }
+    for law in model.stiffnesses().skip(model.springs.len()) {
+        elastic += law.energy_of(chunks.share(chunk, law.elements()), positions);
+    }
+    [elastic, largest]
+}
+
+/// Kinetic and gravitational energy of a state: one that was changed after its survey shows.
+pub(super) fn moving(model: &Model, state: &State) -> Totals {
+    let chunks = Chunks::of(model.particles());
+    let part = |chunk| {
+        let range = chunks.range(chunk);
+        let velocities = &state.velocities[range.clone()];
+        Totals {
+            kinetic: kinetic_of(&model.masses[range.clone()], velocities),
+            gravitational: model.gravity.energy_of(range, &state.positions),
+            elastic: 0.0,
+        }
+    };
+    chunks
+        .map(part)
+        .fold(Totals::default(), |all, part| all + part)
 }

@@ -2,7 +2,7 @@
 
 use super::Setting;
 use super::error::StudyError;
-use crate::energy::Energies;
+use crate::energy::SCHEME;
 use crate::scene::{self, LoadedScene};
 use crate::simulation::{Forecast, Simulation, forecast};
 use glam::DVec3;
@@ -246,14 +246,11 @@ fn size(positions: &[DVec3]) -> f64 {
     low.distance(high)
 }
 
-/// Energy that nothing but the scheme explains, over what was exchanged.
+/// Energy that the scheme took by itself, over what was exchanged.
 fn drift(simulation: &Simulation) -> f64 {
-    let energies = Energies::of(simulation.model(), simulation.state());
-    let ledger = simulation.ledger();
-    let dissipated: f64 = ledger.dissipated.iter().map(|(_, energy)| energy).sum();
-    let exchanged = simulation.stats().kinetic_peak + dissipated;
-    if exchanged > 0.0 {
-        ledger.residual(&energies) / exchanged
+    let balance = simulation.balance();
+    if balance.exchanged > 0.0 {
+        balance.dissipated_by(SCHEME) / balance.exchanged
     } else {
         0.0
     }

@@ -1,0 +1,179 @@
+//! Strain limiting and contact: what is set right after the scheme's own step.
+
+use super::survey::Survey;
+use super::{Diverged, Simulation, Stage};
+use crate::collision::{Masses, Response, respond};
+use crate::energy::{CONTACT, FRICTION, Ledger, STRAIN_LIMIT, potential_at};
+use crate::model::Model;
+use crate::strain_limit::{Limited, Wall};
+use glam::DVec3;
+
+/// Rounds of strain limiting and contact in a step: each undoes a little of the other. Steps of
+/// `drape` need one or two.
+const MAX_ROUNDS: u32 = 12;
+
+impl Simulation {
+    /// Strain limiting and contact, after which `survey` is the state's again. What they add to the energy
+    /// is no fault of the scheme's.
+    pub(super) fn correct(&mut self, survey: &mut Survey) -> Result<Limited, Diverged> {
+        if !Ledger::is_booked_by_stage(&self.model) {
+            return Ok(Limited::default());
+        }
+        let (limited, touched) = self.limit_strain_and_contact();
+        if touched {
+            let before = survey.energy;
+            *survey = self.survey();
+            self.check_finite(survey, Stage::Respond)?;
+            let now = survey.energy;
+            if let Some(cause) = self.mover.take() {
+                self.ledger
+                    .displaced(cause, now.gravitational + now.elastic);
+            }
+            let elastic = if self.integrator.has_elastic_energy() {
+                now.elastic - before.elastic
+            } else {
+                0.0
+            };
+            let rest = now.kinetic + now.gravitational - before.kinetic - before.gravitational;
+            self.budget.grant(rest + elastic);
+        }
+        Ok(limited)
+    }
+
+    /// Repeats strain limiting and contact until nothing is inside a body any more. Also says whether
+    /// anything was changed.
+    fn limit_strain_and_contact(&mut self) -> (Limited, bool) {
+        let (mut all, mut touched) = (Limited::default(), false);
+        for round in 0..MAX_ROUNDS {
+            let first = round == 0;
+            let limited = self.limit_strain(first);
+            let before = if first { limited.before } else { all.before };
+            all = Limited {
+                passes: all.passes + limited.passes,
+                before,
+                after: limited.after,
+            };
+            if self.model.obstacles.is_empty() {
+                return (all, limited.passes > 0);
+            }
+            self.detect_contacts();
+            // What is only too close is moved once; the next round brings its springs in order.
+            let response = self.respond(first);
+            touched |= limited.passes > 0 || response.moved;
+            if response.stopped == 0 && !(first && self.model.strain_limit.is_some()) {
+                return (all, touched);
+            }
+        }
+        // Strain and contact contradict each other: contact has the last word, strain is reported.
+        self.detect_contacts();
+        self.respond(false);
+        self.detect_contacts();
+        (all, true)
+    }
+
+    /// Shortens what is stretched too far. The way moved becomes velocity, if asked for: what follows
+    /// a contact's correction, which has no velocity either, must not throw the cloth.
+    fn limit_strain(&mut self, with_velocity: bool) -> Limited {
+        let Self {
+            model,
+            state,
+            unlimited,
+            walls,
+            contacts,
+            ledger,
+            mover,
+            dt,
+            stats,
+            ..
+        } = self;
+        let Some(limit) = &model.strain_limit else {
+            return Limited::default();
+        };
+        stats.times.time(Stage::LimitStrain, || {
+            unlimited.copy_from_slice(&state.positions);
+            walls.fill(Wall::default());
+            for contact in &contacts.list {
+                walls[contact.particle] = contact.wall();
+            }
+            let limited = limit.apply(&mut state.positions, &model.inverse_masses, walls);
+            if limited.passes == 0 {
+                return limited;
+            }
+            hand_over(mover, STRAIN_LIMIT, ledger, model, unlimited);
+            if with_velocity {
+                let mut gained = 0.0;
+                for i in 0..unlimited.len() {
+                    let (v, gain) = (
+                        &mut state.velocities[i],
+                        (state.positions[i] - unlimited[i]) / *dt,
+                    );
+                    gained += model.masses[i] * gain.dot(*v + gain * 0.5);
+                    *v += gain;
+                }
+                ledger.slowed(STRAIN_LIMIT, -gained);
+            }
+            limited
+        })
+    }
+
+    fn detect_contacts(&mut self) {
+        let Self {
+            model,
+            state,
+            contacts,
+            detection,
+            stats,
+            ..
+        } = self;
+        stats.times.time(Stage::DetectContacts, || {
+            let cloth = &state.positions[..model.cloth_particles()];
+            detection.find(&model.obstacles, cloth, contacts);
+        });
+    }
+
+    fn respond(&mut self, spread: bool) -> Response {
+        let Self {
+            model,
+            state,
+            contacts,
+            ledger,
+            mover,
+            stats,
+            ..
+        } = self;
+        if contacts.list.is_empty() {
+            return Response::default();
+        }
+        let masses = Masses {
+            masses: &model.masses,
+            inverse: &model.inverse_masses,
+        };
+        stats.times.time(Stage::Respond, || {
+            let last = *mover;
+            hand_over(mover, CONTACT, ledger, model, &state.positions);
+            let response = respond(contacts, masses, spread, state);
+            if !response.moved && last != Some(CONTACT) {
+                *mover = None;
+            }
+            ledger.slowed(CONTACT, response.approach);
+            ledger.slowed(FRICTION, response.friction);
+            response
+        })
+    }
+}
+
+/// Books the potential that the last mover has changed, before the next one moves the particles from some
+/// positions on. One after itself goes on: of two passes over the springs none is needed then.
+fn hand_over(
+    mover: &mut Option<&'static str>,
+    next: &'static str,
+    ledger: &mut Ledger,
+    model: &Model,
+    positions: &[DVec3],
+) {
+    match *mover {
+        Some(last) if last != next => ledger.displaced(last, potential_at(model, positions)),
+        _ => {}
+    }
+    *mover = Some(next);
+}
