@@ -7,6 +7,7 @@
     reason = "a test may panic, and its numbers are small"
 )]
 
+mod ablate;
 mod architecture;
 mod bending;
 mod blackbox;

@@ -3,8 +3,11 @@
 //!
 //! A [`Subject`] is the scene and how it is run; a [`Reference`] what runs are compared with; a
 //! [`sweep`](sweep()) measures one [`Row`] a [`Setting`]. [`front`] finds what is worth its time. Errors are
-//! those of the time step, on one mesh.
+//! those of the time step, on one mesh; [`mesh`] has those of the mesh. [`ablate`] finds which parts of
+//! the model the scene needs.
 
+pub mod ablate;
+mod date;
 mod distance;
 mod error;
 pub mod front;
@@ -14,6 +17,7 @@ mod setting;
 mod subject;
 mod sweep;
 
+pub use date::today;
 pub use distance::Distance;
 pub use error::StudyError;
 pub use ladder::Dials;

@@ -175,7 +175,7 @@ fn cost(subject: &Subject<'_>, setting: Setting) -> Result<f64, StudyError> {
 }
 
 /// A run to the end.
-fn whole(subject: &Subject<'_>, setting: Setting) -> Result<Trial, StudyError> {
+pub(super) fn whole(subject: &Subject<'_>, setting: Setting) -> Result<Trial, StudyError> {
     let trial = subject.run(setting, &mut |_| {})?;
     let failed = |reason: String, remedy: &str| StudyError::NoReference {
         setting: format!("{} at {}", setting.series(), setting.dial()),
