@@ -15,6 +15,7 @@ mod extremes;
 mod gallery;
 mod lab;
 mod laws;
+mod mesh_error;
 mod motion;
 mod program;
 mod projective;

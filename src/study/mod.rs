@@ -12,6 +12,7 @@ mod distance;
 mod error;
 pub mod front;
 pub mod ladder;
+pub mod mesh;
 pub mod reference;
 mod setting;
 mod subject;
