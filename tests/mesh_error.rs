@@ -155,16 +155,3 @@ fn raw_spring_constants_have_no_limit() {
         "{csv}"
     );
 }
-
-#[test]
-fn hanging_cloth_mesh_figures() {
-    let loaded = load("hanging-cloth", &[]);
-    let setting = Setting {
-        integrator: Integrator::of(&loaded.scene.solver),
-        dt: 0.004,
-    };
-    let subject = Subject::new(loaded, 0.5, 5, 2, &GO_ON).unwrap();
-    let mut say = |what| println!("{what}");
-    let study = mesh_study(&subject, setting, &[10, 20, 40], 200.0, &mut say).unwrap();
-    println!("{}", table::markdown(&study));
-}

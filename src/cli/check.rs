@@ -27,7 +27,7 @@ pub(super) fn run(args: &SceneArgs) -> Result<(), Failure> {
         loaded.file,
         model_list(&loaded.scene, simulation.model())
     );
-    needs(&loaded, &simulation)
+    needs(&args.scene, &loaded, &simulation)
         .iter()
         .for_each(|line| println!("{line}"));
     let said = foresight.list(&simulation);
@@ -55,14 +55,14 @@ pub(super) fn run(args: &SceneArgs) -> Result<(), Failure> {
 
 /// Which parts the scene needs: as `muslin study --ablate` measured it, if its table lies in its usual
 /// place and is of this scene.
-fn needs(loaded: &LoadedScene, simulation: &Simulation) -> Vec<String> {
+fn needs(file: &str, loaded: &LoadedScene, simulation: &Simulation) -> Vec<String> {
     let (scene, model) = (&loaded.scene, simulation.model());
     if parts(scene, model).is_empty() {
         return Vec::new();
     }
     let folder = format!("{}-study", scene.name);
     let path = Path::new(&folder).join("ablate.csv");
-    let command = "`muslin study --ablate` on it measures that";
+    let command = format!("`muslin study {file} --ablate` measures that");
     let Ok(text) = std::fs::read_to_string(&path) else {
         return vec![format!(
             "which of these parts it needs: not measured; {command}\n"

@@ -23,6 +23,7 @@ pub use distance::Distance;
 pub use error::StudyError;
 pub use ladder::Dials;
 pub use reference::Reference;
+use setting::when;
 pub use setting::{Setting, digits};
 pub use subject::{Outcome, PATIENCE, Subject, Trial};
 pub use sweep::{Error, Row, sweep};

@@ -36,7 +36,7 @@ impl Fnv {
     }
 
     fn add_points(&mut self, points: &[DVec3]) {
-        for number in points.iter().flat_map(|point| point.to_array()) {
+        for number in points.iter().flat_map(DVec3::to_array) {
             self.add(&number.to_bits().to_le_bytes());
         }
     }

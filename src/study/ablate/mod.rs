@@ -209,7 +209,7 @@ impl Ablation {
         let mut slowest = self.seconds_per_second;
         for round in 1..rounds {
             say(format!("times, round {} of {rounds}", round + 1));
-            let trial = full.run(self.setting, &mut |_| {})?;
+            let trial = full.measure(self.setting)?;
             if trial.outcome != Outcome::Completed {
                 break;
             }
@@ -224,7 +224,7 @@ impl Ablation {
                 if finding.outcome != Outcome::Completed {
                     continue;
                 }
-                let trial = less.run(self.setting, &mut |_| {})?;
+                let trial = less.measure(self.setting)?;
                 if trial.outcome == Outcome::Completed {
                     let least = finding.seconds_per_second.min(trial.seconds_per_second);
                     finding.seconds_per_second = least;

@@ -5,7 +5,7 @@ use crate::study::Outcome;
 use std::fmt::Write as _;
 
 /// The columns of the table.
-pub const HEADER: &str = "kind,part,verdict,rms_m,largest_m,end_rms_m,end_largest_m,seconds_per_second,time_share,outcome,flags,scene,setting,duration_s,times,threshold_m,threshold_by,date,fingerprint";
+pub const HEADER: &str = "kind,part,verdict,rms_m,largest_m,end_rms_m,end_largest_m,seconds_per_second,time_share,outcome,flags,scene,setting,duration_s,times,threshold_m,threshold_by,time_noise,date,fingerprint";
 
 /// The table: a row for the full model, one a part, and one for all that can go. Numbers round-trip,
 /// and what is not known is empty. What all rows share stands in each of them.
@@ -16,12 +16,13 @@ pub fn csv(ablation: &Ablation, date: &str) -> String {
         Threshold::TimeStep(_) => "half the step",
     };
     let shared = format!(
-        "{},{},{:?},{},{:?},{by},{date},{:016x}",
+        "{},{},{:?},{},{:?},{by},{:?},{date},{:016x}",
         quoted(&ablation.scene),
         quoted(&format!("{} at {}", setting.series(), setting.dial())),
         ablation.duration,
         ablation.times,
         ablation.threshold.length(),
+        ablation.noise,
         ablation.fingerprint
     );
     let mut text = format!("{HEADER}\n");

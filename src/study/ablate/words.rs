@@ -2,16 +2,15 @@
 
 use super::table::{Citation, flags};
 use super::{Ablation, Finding, Threshold};
-use crate::study::{Outcome, digits};
+use crate::study::{Outcome, digits, when};
 
 /// A report in Markdown.
 pub fn markdown(ablation: &Ablation) -> String {
     let full = ablation.seconds_per_second;
     let mut lines = vec![format!("# Which parts {} needs\n", ablation.scene)];
     lines.push(format!(
-        "Each part is taken out alone, and the run without it compared with the full model at {} times over {} s, both by {} at {}. {}\n",
-        ablation.times,
-        digits(ablation.duration),
+        "Each part is taken out alone, and the run without it compared with the full model {}, both by {} at {}. {}\n",
+        when(ablation.times, ablation.duration),
         ablation.setting.series(),
         ablation.setting.dial(),
         rule(ablation.threshold)
@@ -22,7 +21,7 @@ pub fn markdown(ablation: &Ablation) -> String {
     }
     lines.push(format!("\n{}", conclusion(ablation)));
     lines.push(format!(
-        "\nDistances are the largest of any compared time, rounded up, and come out the same in every run. Times are the least of their rounds: {} s for a simulated second of the full model, whose rounds differed by {}; smaller shares are noise.\n",
+        "\nDistances are the largest of any compared time, rounded up, and come out the same in every run. Times are the least of their rounds: {} s for a simulated second of the full model, whose rounds differed by {}: smaller shares are noise, and where one is negative the run takes longer without the part.\n",
         digits(full),
         percent(ablation.noise)
     ));
@@ -123,9 +122,11 @@ pub fn citation(table: &Citation, fingerprint: u64) -> Option<Vec<String>> {
             || format!("the run without it {}", row.outcome),
             |rms| format!("moves the cloth by {} RMS", millimetres(rms)),
         );
-        let costs = row
-            .time_share
-            .map_or_else(String::new, |share| format!(", takes {}", percent(share)));
+        let costs = match row.time_share {
+            Some(share) if share > 0.0 => format!(", takes {} of the time", percent(share)),
+            Some(_) => ", takes no time".to_owned(),
+            None => String::new(),
+        };
         let all = if row.together { "all at once: " } else { "" };
         let how = if row.can_go {
             format!("; {}", row.flags)
@@ -199,7 +200,7 @@ mod tests {
         let lines = citation(&table, example.fingerprint).unwrap();
         assert_eq!(
             lines[2],
-            "  can go: strain limit (moves the cloth by 0 mm RMS, takes 5 %; --set strain_limit=)"
+            "  can go: strain limit (moves the cloth by 0 mm RMS, takes 5 % of the time; --set strain_limit=)"
         );
         assert!(lines[0].contains("2026-11-22 over 4 s by verlet at 4 ms"));
         assert!(lines[3].contains("needed: drag") && lines[3].contains("diverged"));

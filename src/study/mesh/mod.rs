@@ -138,7 +138,7 @@ pub fn mesh_study(
             "{} cells under the scene's own setting",
             mesh.cells
         ));
-        resolutions.push(mesh.resolution(setting, reference)?);
+        resolutions.push(mesh.resolution(setting, &reference)?);
     }
     Ok(MeshStudy::new(subject, setting, resolutions, ratio))
 }
@@ -170,7 +170,11 @@ impl Mesh<'_> {
         states.iter().map(at).collect()
     }
 
-    fn resolution(&self, setting: Setting, reference: Reference) -> Result<Resolution, StudyError> {
+    fn resolution(
+        &self,
+        setting: Setting,
+        reference: &Reference,
+    ) -> Result<Resolution, StudyError> {
         let own = Setting {
             dt: self.subject.fitting(setting.dt),
             ..setting

@@ -1,7 +1,7 @@
 //! A study of meshes as a CSV table, and in words.
 
 use super::{MeshStudy, STEP_SHARE, Verdict};
-use crate::study::{Distance, digits};
+use crate::study::{Distance, digits, when};
 use std::fmt::Write as _;
 
 /// The columns of the table.
@@ -44,9 +44,8 @@ pub fn csv(study: &MeshStudy) -> String {
 /// A section in Markdown.
 pub fn markdown(study: &MeshStudy) -> String {
     let mut lines = vec![format!(
-        "## Error of the mesh\n\nThe scene on ever finer meshes, each with steps so short that only the mesh makes a difference, compared at the particles of the coarsest mesh at {} times over {} s. Beside it what {} at {} costs and errs on each mesh: that is the error of the step.\n",
-        study.times,
-        digits(study.duration),
+        "## Error of the mesh\n\nThe scene on ever finer meshes, each with steps so short that only the mesh makes a difference, compared at the particles of the coarsest mesh {}. Beside it what {} at {} costs and errs on each mesh: that is the error of the step.\n",
+        when(study.times, study.duration),
         study.setting.series(),
         study.setting.dial()
     )];
@@ -62,7 +61,7 @@ pub fn markdown(study: &MeshStudy) -> String {
             row.cells,
             row.particles,
             row.own
-                .map_or_else(|| "fails".to_owned(), |(seconds, _)| digits(seconds)),
+                .map_or_else(|| "–".to_owned(), |(seconds, _)| digits(seconds)),
             both(row.to_next),
             both(row.to_limit),
             row.order
