@@ -260,6 +260,7 @@ pub(super) mod tests {
             "",
             "kind,part\n",
             &text[..text.len() - 30],
+            &text[..text.len() - 2], // the hash of the last row is cut
             &text.replace("0123456789abcdef", "not a number"),
             &text.replace("part,strain limit,", "part,strain limit\n"),
         ] {
