@@ -7,6 +7,7 @@
     reason = "a test may panic, and its numbers are small"
 )]
 
+mod ablate;
 mod architecture;
 mod bending;
 mod blackbox;
@@ -16,6 +17,7 @@ mod gallery;
 mod lab;
 mod laws;
 mod ledger;
+mod mesh_error;
 mod motion;
 mod program;
 mod projective;

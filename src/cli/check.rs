@@ -3,7 +3,11 @@
 use super::Failure;
 use super::args::SceneArgs;
 use super::run::{Prepared, prepare, threads};
+use crate::scene::LoadedScene;
 use crate::scene::model_list;
+use crate::simulation::Simulation;
+use crate::study::ablate::{fingerprint, parts, table, words};
+use std::path::Path;
 use std::time::Instant;
 
 /// Steps that are tried to estimate the cost.
@@ -23,6 +27,9 @@ pub(super) fn run(args: &SceneArgs) -> Result<(), Failure> {
         loaded.file,
         model_list(&loaded.scene, simulation.model())
     );
+    needs(&args.scene, &loaded, &simulation)
+        .iter()
+        .for_each(|line| println!("{line}"));
     let said = foresight.list(&simulation);
     said.iter().for_each(|line| println!("{line}"));
     if let Some(warning) = foresight.remedy(&simulation) {
@@ -44,4 +51,37 @@ pub(super) fn run(args: &SceneArgs) -> Result<(), Failure> {
         1000.0 * step
     );
     Ok(())
+}
+
+/// Which parts the scene needs: as `muslin study --ablate` measured it, if its table lies in its usual
+/// place and is of this scene.
+fn needs(file: &str, loaded: &LoadedScene, simulation: &Simulation) -> Vec<String> {
+    let (scene, model) = (&loaded.scene, simulation.model());
+    if parts(scene, model).is_empty() {
+        return Vec::new();
+    }
+    let folder = format!("{}-study", scene.name);
+    let path = Path::new(&folder).join("ablate.csv");
+    let command = format!("`muslin study {file} --ablate` measures that");
+    let Ok(text) = std::fs::read_to_string(&path) else {
+        return vec![format!(
+            "which of these parts it needs: not measured; {command}\n"
+        )];
+    };
+    let own = fingerprint(scene, model, simulation.state());
+    let cited = table::read(&text).map(|table| words::citation(&table, own));
+    let path = path.display();
+    match cited {
+        Some(Some(mut lines)) => {
+            lines.insert(0, format!("which of these parts it needs, by {path}:"));
+            lines.push(String::new());
+            lines
+        }
+        Some(None) => vec![format!(
+            "which of these parts it needs: {path} is of another version of this scene; {command}\n"
+        )],
+        None => vec![format!(
+            "which of these parts it needs: {path} is no whole table; {command}\n"
+        )],
+    }
 }

@@ -11,7 +11,7 @@ pub struct Limit {
 
 /// Orders below this are no convergence: the limit would be further away than all values from each
 /// other.
-const LEAST_ORDER: f64 = 0.2;
+pub const LEAST_ORDER: f64 = 0.2;
 
 /// Richardson's extrapolation of values at the cell sizes h, h/2 and h/4, with the order that they
 /// show themselves: p = log₂((a − b)/(b − c)), limit c + (c − b)/(2ᵖ − 1).

@@ -22,7 +22,8 @@ pub struct LoadedScene {
     pub changed: bool,
 }
 
-/// Reads the scene `name`, a built-in name or a TOML file, and sets `changes` (`key=value`) in it.
+/// Reads the scene `name`, a built-in name or a TOML file, and sets `changes` (`key=value`) in it; an
+/// empty value removes its key.
 ///
 /// # Errors
 ///
@@ -44,6 +45,15 @@ pub fn load(name: &str, changes: &[String]) -> Result<LoadedScene, SceneError> {
 }
 
 impl LoadedScene {
+    /// This scene with more `changes`, as [`load()`] makes them.
+    ///
+    /// # Errors
+    ///
+    /// A change that doesn't fit the scene, or a fault in what it then asks for.
+    pub fn with(&self, changes: &[String]) -> Result<Self, SceneError> {
+        self.clone().changed(changes)?.checked()
+    }
+
     /// This scene, if what it asks for makes sense.
     fn checked(self) -> Result<Self, SceneError> {
         match validate::check(&self.scene) {
@@ -110,7 +120,13 @@ pub(super) fn with_changes(
                 "\"{change}\" sets nothing: write --set KEY=VALUE, such as --set solver.dt=0.002"
             ))
         })?;
-        set(&mut value, key.trim(), literal(new.trim())).map_err(error)?;
+        let (key, new) = (key.trim(), new.trim());
+        let changed = if new.is_empty() {
+            remove(&mut value, key)
+        } else {
+            set(&mut value, key, literal(new))
+        };
+        changed.map_err(error)?;
     }
     toml::to_string(&value).map_err(|fault| error(fault.to_string()))
 }
@@ -196,14 +212,8 @@ fn set(value: &mut toml::Value, key: &str, new: toml::Value) -> Result<(), Strin
             .entry(first)
             .or_insert_with(|| toml::Value::Table(toml::Table::new())),
         toml::Value::Array(array) => {
-            let named = |entry: &toml::Value| {
-                entry.get("name").and_then(toml::Value::as_str) == Some(first)
-            };
-            let index = first.parse().ok().or_else(|| array.iter().position(named));
-            let entry = index.and_then(|index: usize| array.get_mut(index));
-            entry.ok_or_else(|| {
-                format!("--set: there is no entry \"{first}\"; use its number from 0 or its name")
-            })?
+            let index = index(array, first)?;
+            &mut array[index]
         }
         _ => {
             return Err(format!(
@@ -218,6 +228,41 @@ fn set(value: &mut toml::Value, key: &str, new: toml::Value) -> Result<(), Strin
             Ok(())
         }
     }
+}
+
+/// Removes a dotted key; entries of arrays go by number or by their `name`.
+fn remove(value: &mut toml::Value, key: &str) -> Result<(), String> {
+    let (first, rest) = key
+        .split_once('.')
+        .map_or((key, None), |(first, rest)| (first, Some(rest)));
+    let missing = || format!("--set {key}=: there is no \"{first}\" to be removed");
+    match (value, rest) {
+        (toml::Value::Table(table), None) => table.remove(first).map(drop).ok_or_else(missing),
+        (toml::Value::Table(table), Some(rest)) => {
+            remove(table.get_mut(first).ok_or_else(missing)?, rest)
+        }
+        (toml::Value::Array(array), rest) => {
+            let index = index(array, first)?;
+            match rest {
+                Some(rest) => remove(&mut array[index], rest),
+                None => {
+                    array.remove(index);
+                    Ok(())
+                }
+            }
+        }
+        _ => Err(missing()),
+    }
+}
+
+/// Where an entry of an array is, by its number or its `name`.
+fn index(array: &[toml::Value], entry: &str) -> Result<usize, String> {
+    let named =
+        |value: &toml::Value| value.get("name").and_then(toml::Value::as_str) == Some(entry);
+    let index = entry.parse().ok().or_else(|| array.iter().position(named));
+    index.filter(|index| *index < array.len()).ok_or_else(|| {
+        format!("--set: there is no entry \"{entry}\"; use its number from 0 or its name")
+    })
 }
 
 #[cfg(test)]
@@ -237,6 +282,23 @@ mod tests {
         assert!(loaded.text.contains("cells = [8, 9]"), "{}", loaded.text);
         let error = load("hanging-cloth", &["cloth.skirt.name=x".to_owned()]).unwrap_err();
         assert!(error.to_string().contains("no entry \"skirt\""), "{error}");
+    }
+
+    #[test]
+    fn an_empty_value_removes_its_key() {
+        let changes = ["strain_limit=", "obstacle.mannequin=", "solver.dt="].map(String::from);
+        let loaded = load("drape", &changes).unwrap();
+        assert!(loaded.scene.strain_limit.is_none() && loaded.scene.obstacle.is_empty());
+        assert_eq!(loaded.scene.solver.dt, super::super::Step::Seconds(0.004));
+        for (change, words) in [
+            ("obstacle.table=", "no entry \"table\""),
+            ("strain_limit.min=", "no \"min\" to be removed"),
+            ("cloth.0.name.x=", "no \"x\" to be removed"),
+            ("cloth.0.name=", "name"),
+        ] {
+            let error = load("drape", &[change.to_owned()]).unwrap_err();
+            assert!(error.to_string().contains(words), "{change}: {error}");
+        }
     }
 
     #[test]

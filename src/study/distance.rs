@@ -39,6 +39,15 @@ impl Distance {
             largest: each.iter().map(|d| d.largest).fold(0.0, f64::max),
         }
     }
+
+    /// The largest distances of two sequences of states at any one of their times.
+    pub fn worst(a: &[Vec<DVec3>], b: &[Vec<DVec3>]) -> Self {
+        let each = a.iter().zip(b).map(|(a, b)| Self::between(a, b));
+        each.fold(Self::default(), |worst, here| Self {
+            rms: worst.rms.max(here.rms),
+            largest: worst.largest.max(here.largest),
+        })
+    }
 }
 
 #[cfg(test)]
@@ -52,8 +61,10 @@ mod tests {
         moved[2] = DVec3::new(0.0, 2.0, 0.0);
         let one = Distance::between(&still, &moved);
         assert_eq!((one.rms, one.largest), (1.0, 2.0));
-        let both = Distance::over(&[still.clone(), still.clone()], &[still, moved]);
+        let (before, after) = ([still.clone(), still.clone()], [moved, still]);
+        let both = Distance::over(&before, &after);
         assert!((both.rms - 0.5_f64.sqrt()).abs() < 1e-15, "{both:?}");
         assert_eq!(both.largest, 2.0);
+        assert_eq!(Distance::worst(&before, &after), one);
     }
 }

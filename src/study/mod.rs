@@ -3,13 +3,18 @@
 //!
 //! A [`Subject`] is the scene and how it is run; a [`Reference`] what runs are compared with; a
 //! [`sweep`](sweep()) measures one [`Row`] a [`Setting`]. [`front`] finds what is worth its time, [`table`] and
-//! [`diagram()`] say it, [`overlay`] shows it. Errors are those of the time step, on one mesh.
+//! [`diagram()`] say it, [`overlay`] shows it. Errors are those of the time step, on one mesh; [`mesh`]
+//! has those of the mesh. [`ablate`] finds which parts of the model the scene needs, [`stability`] at
+//! which steps it runs at all.
 
+pub mod ablate;
+mod date;
 mod diagram;
 mod distance;
 mod error;
 pub mod front;
 pub mod ladder;
+pub mod mesh;
 pub mod overlay;
 pub mod reference;
 mod setting;
@@ -19,11 +24,13 @@ mod sweep;
 pub mod table;
 mod track;
 
+pub use date::today;
 pub use diagram::diagram;
 pub use distance::Distance;
 pub use error::StudyError;
 pub use ladder::Dials;
 pub use reference::{MARGIN, Reference, reference};
+use setting::when;
 pub use setting::{Setting, digits};
 pub use subject::{Outcome, PATIENCE, Subject, Trial};
 pub use sweep::{Error, Row, sweep};

@@ -240,7 +240,7 @@ fn cost(subject: &Subject<'_>, setting: Setting) -> Result<f64, StudyError> {
 }
 
 /// A run to the end.
-fn whole(
+pub(super) fn whole(
     subject: &Subject<'_>,
     setting: Setting,
     mut track: Option<&mut Track>,

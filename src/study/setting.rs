@@ -71,6 +71,15 @@ pub fn digits(x: f64) -> String {
     text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
+/// The compared times of a study in words.
+pub(super) fn when(times: u32, duration: f64) -> String {
+    let duration = digits(duration);
+    match times {
+        1 => format!("after {duration} s"),
+        _ => format!("at {times} times over {duration} s"),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

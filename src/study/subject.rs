@@ -107,6 +107,16 @@ impl<'a> Subject<'a> {
         })
     }
 
+    /// The same study of the scene with `changes` (`key=value`).
+    ///
+    /// # Errors
+    ///
+    /// When a change doesn't fit the scene; as [`Subject::new`].
+    pub fn with(&self, changes: &[String]) -> Result<Self, StudyError> {
+        let loaded = self.loaded.with(changes)?;
+        Self::new(loaded, self.duration, self.times, self.threads, self.stop)
+    }
+
     /// Whether the user wants to stop.
     pub fn is_stopped(&self) -> bool {
         self.stop.load(Ordering::Relaxed)
