@@ -1,6 +1,7 @@
 //! What can be typed.
 
 use crate::scene::{IntegratorName, Step};
+use crate::study::stability::Axis;
 use clap::{Args, Parser, Subcommand};
 use std::path::PathBuf;
 
@@ -66,7 +67,7 @@ pub(super) struct SceneArgs {
     /// Threads of the simulation; all cores by default. The result doesn't depend on it.
     #[arg(long, value_name = "N")]
     pub(super) threads: Option<usize>,
-    /// Set a key of the scene, such as cloth.0.material.stretch=500 (repeatable).
+    /// Set a key of the scene, such as cloth.0.material.stretch=500, or with KEY= remove it (repeatable).
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
 }
@@ -168,7 +169,7 @@ pub(super) struct StudyArgs {
     /// Sweeps of xpbd and iterations of projective.
     #[arg(long, value_name = "N,…", value_delimiter = ',')]
     pub(super) iterations: Vec<u32>,
-    /// Tolerances (m) of dopri5.
+    /// Tolerances (m) of dopri5; with --ablate the change (m) that counts as none.
     #[arg(
         long,
         value_name = "M,…",
@@ -181,8 +182,24 @@ pub(super) struct StudyArgs {
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     pub(super) duration: Option<f64>,
     /// Times up to the end at which states are compared.
-    #[arg(long, value_name = "N", default_value_t = 6)]
-    pub(super) times: u32,
+    #[arg(long, value_name = "N")]
+    pub(super) times: Option<u32>,
+    /// The error of the mesh instead: the same scene at these cells along the longest side.
+    #[arg(long, value_name = "N,…", value_delimiter = ',', conflicts_with_all = ["stability", "ablate"])]
+    pub(super) cells: Vec<u32>,
+    /// A map of what is stable instead, over the step and stiffness, mass-ratio or damping.
+    #[arg(
+        long,
+        value_name = "AXIS",
+        num_args = 0..=1,
+        require_equals = true,
+        default_missing_value = "stiffness",
+        conflicts_with = "ablate"
+    )]
+    pub(super) stability: Option<Axis>,
+    /// Switch off each part of the model in turn instead: what it changes, and what it costs.
+    #[arg(long)]
+    pub(super) ablate: bool,
     /// Smallest error (m) that the reference should tell.
     #[arg(
         long,
@@ -202,7 +219,7 @@ pub(super) struct StudyArgs {
     /// Threads of each run; all cores by default.
     #[arg(long, value_name = "N")]
     pub(super) threads: Option<usize>,
-    /// Set a key of the scene, such as cloth.0.material.stretch=500 (repeatable).
+    /// Set a key of the scene, such as cloth.0.material.stretch=500, or with KEY= remove it (repeatable).
     #[arg(long, value_name = "KEY=VALUE")]
     pub(super) set: Vec<String>,
     /// Folder for the results; SCENE-study by default.
