@@ -35,6 +35,7 @@ use newton::Newton;
 use projective::Projective;
 use retry::Retry;
 use rk4::Rk4;
+use std::any::Any;
 use std::fmt::Debug;
 use symplectic_euler::SymplecticEuler;
 use verlet::Verlet;
@@ -185,7 +186,7 @@ impl Integrator {
 }
 
 /// A scheme at work.
-pub trait Scheme: Debug + Send {
+pub trait Scheme: Any + Debug + Send {
     /// Advances positions and velocities by `dt` (s). The state's time is that of the start and may be
     /// changed on the way; what it is afterwards, and where driven particles end, is the caller's.
     ///
@@ -206,4 +207,8 @@ pub trait Scheme: Debug + Send {
 
     /// Goes back to what was kept.
     fn recall(&mut self) {}
+
+    /// Takes what another one of the same scheme and model carries over from its last step, to go on in
+    /// its place: all that the next step's result depends on by more than its tolerance.
+    fn follow(&mut self, _other: &dyn Scheme) {}
 }

@@ -5,6 +5,7 @@ use crate::collision::Contacts;
 use crate::linear::Solve;
 use crate::model::Model;
 use crate::state::State;
+use std::any::Any;
 
 /// Halvings of a step before it is taken as it is: sixteen parts.
 const MAX_HALVINGS: u32 = 4;
@@ -28,7 +29,7 @@ impl<S: Scheme> Retry<S> {
     }
 }
 
-impl<S: Scheme> Scheme for Retry<S> {
+impl<S: Scheme + 'static> Scheme for Retry<S> {
     /// Advances by `dt` (s) at once, or in 2, 4, 8, 16 parts, until every part is solved and finite. When
     /// none is, what the last attempt gave stands, and says that it is not solved.
     fn advance(
@@ -64,6 +65,12 @@ impl<S: Scheme> Scheme for Retry<S> {
         }
         Solve::NONE // not reached: the last attempt returns
     }
+
+    fn follow(&mut self, other: &dyn Scheme) {
+        if let Some(other) = (other as &dyn Any).downcast_ref::<Self>() {
+            self.scheme.follow(&other.scheme);
+        }
+    }
 }
 
 /// A step in equal parts.
@@ -86,8 +93,7 @@ impl Parts {
     ) -> Solve {
         let (start, count) = (state.time, f64::from(self.count));
         let part = dt / count;
-        // Grips hold the impulses of a whole step.
-        scale_grips(contacts, 1.0 / count);
+        contacts.scale_grips(1.0 / count);
         let mut all = Solve::NONE;
         for k in 0..self.count {
             let solve = scheme.advance(model, contacts, part, state);
@@ -104,17 +110,7 @@ impl Parts {
                 contact.gap = contact.gap.min(0.0);
             }
         }
-        scale_grips(contacts, count);
+        contacts.scale_grips(count);
         all
-    }
-}
-
-fn scale_grips(contacts: &mut Contacts, factor: f64) {
-    if factor == 1.0 {
-        return;
-    }
-    for grip in &mut contacts.grips {
-        grip.pressure *= factor;
-        grip.drag *= factor;
     }
 }
