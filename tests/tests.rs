@@ -10,6 +10,7 @@
 mod architecture;
 mod bending;
 mod blackbox;
+mod error;
 mod extremes;
 mod gallery;
 mod lab;

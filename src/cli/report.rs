@@ -190,10 +190,8 @@ fn warnings(report: &Value, scheme: Integrator) -> String {
 /// What the time step is estimated to have cost, if that was asked.
 fn accuracy(report: &Value) -> String {
     let number = |path: &str| report.pointer(path).and_then(Value::as_f64);
-    let (Some(error), Some(share)) = (
-        number("/error/estimate_m"),
-        number("/error/share_of_time"),
-    ) else {
+    let (Some(error), Some(share)) = (number("/error/estimate_m"), number("/error/share_of_time"))
+    else {
         return String::new();
     };
     format!(

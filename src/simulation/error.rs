@@ -24,7 +24,7 @@ use std::time::{Duration, Instant};
 const WINDOW: f64 = 1.0 / 240.0;
 
 /// What a sample takes besides the halved steps, in steps: copies, and the distance.
-const BESIDES: f64 = 1.5;
+const BESIDES: f64 = 1.0;
 
 /// Averages with neighbours before the distance is taken. What the fastest modes are off by changes its
 /// sign from particle to particle, and is gone the next moment: with `dopri5`, which steps at their
@@ -38,8 +38,8 @@ pub struct ErrorEstimate {
     gap: Gap,
     /// Steps of a window.
     window: u32,
-    /// Steps from the start of a window to that of the next.
-    interval: u64,
+    /// Share of the run's time that it may take.
+    budget: f64,
     /// Step at which the present window began, or the next one will.
     begin: u64,
     /// 1/(1 − 2⁻ᵖ).
@@ -63,19 +63,18 @@ impl ErrorEstimate {
             return None;
         }
         let window = (WINDOW / run.dt).round().clamp(1.0, f64::from(u32::MAX));
-        let interval = ((2.0 * window + BESIDES) / share).ceil();
         #[expect(
             clippy::cast_possible_truncation,
             clippy::cast_sign_loss,
-            reason = "clamped just above; more than 2⁶⁴ steps are never done"
+            reason = "clamped just above"
         )]
-        let (window, interval) = (window as u32, interval as u64);
+        let window = window as u32;
         let p = run.integrator.order_in(&run.model);
         Some(Self {
             shadow: run.shadow(),
             gap: Gap::new(&run.model),
             window,
-            interval,
+            budget: share,
             begin: run.stats.steps,
             extrapolation: 1.0 / (1.0 - 0.5_f64.powi(p)),
             time: run.state.time,
@@ -91,13 +90,37 @@ impl ErrorEstimate {
     pub fn after_step(&mut self, run: &Simulation) {
         let start = Instant::now();
         if run.stats.steps == self.begin + u64::from(self.window) {
-            self.begin += self.interval;
             self.measure(run);
+            self.begin += self.interval(run);
         }
         if run.stats.steps == self.begin {
             self.shadow.follow(run);
         }
         self.spent += start.elapsed();
+    }
+
+    /// Steps from the start of a window to that of the next. Counts decide, not clocks: the halved steps of
+    /// a scheme that iterates cost what their iterations do.
+    fn interval(&self, run: &Simulation) -> u64 {
+        let window = f64::from(self.window);
+        let [all, steps, own] = [
+            run.stats.iterations,
+            run.stats.steps,
+            self.shadow.stats.iterations,
+        ]
+        .map(count);
+        let work = if all > 0.0 && own > 0.0 {
+            (own / all * steps).clamp(window, 4.0 * window)
+        } else {
+            2.0 * window
+        };
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "more than 2⁶⁴ steps are never done"
+        )]
+        let interval = ((work + BESIDES) / self.budget).ceil() as u64;
+        interval
     }
 
     /// Ends a window. One whose halved steps diverge says nothing.
@@ -166,6 +189,11 @@ impl Simulation {
     }
 }
 
+#[expect(clippy::cast_precision_loss, reason = "counts stay far below 2⁵³")]
+fn count(n: u64) -> f64 {
+    n as f64
+}
+
 /// How far two states of one model are apart, but for what the fastest modes are.
 #[derive(Debug)]
 struct Gap {
@@ -181,7 +209,9 @@ impl Gap {
     fn new(model: &Model) -> Self {
         let mut share: Vec<f64> = vec![0.0; model.cloth_particles()];
         for spring in model.weave().flat_map(|batch| &batch.springs) {
-            spring.ends.map(|i| share[i as usize] += 1.0);
+            for i in spring.ends {
+                share[i as usize] += 1.0;
+            }
         }
         for share in share.iter_mut().filter(|neighbours| **neighbours > 0.0) {
             *share = share.recip();
@@ -203,9 +233,7 @@ impl Gap {
             self.average(&a.model);
         }
         let squares: f64 = self.apart.iter().map(|apart| apart.length_squared()).sum();
-        #[expect(clippy::cast_precision_loss, reason = "particles stay far below 2⁵³")]
-        let particles = self.apart.len().max(1) as f64;
-        (squares / particles).sqrt()
+        (squares / count(self.apart.len().max(1) as u64)).sqrt()
     }
 
     /// Half of each particle's own and half of its neighbours' mean.
