@@ -46,9 +46,7 @@ fn cases() -> Vec<(Integrator, f64)> {
     for tolerance in [1e-3, 1e-4, 1e-5] {
         cases.push((Integrator::Dopri5 { tolerance }, 1.0 / 240.0));
     }
-    cases.extend(
-        [0.016, 0.008, 0.004, 0.002, 0.001].map(|dt| (Integrator::ImplicitEuler(LINEAR), dt)),
-    );
+    cases.extend([0.02, 0.01, 0.005].map(|dt| (Integrator::ImplicitEuler(LINEAR), dt)));
     cases.extend([0.004, 0.002, 0.001].map(|dt| (Integrator::Newton(SOLVED), dt)));
     cases.extend([0.004, 0.002, 0.001].map(|dt| (Integrator::ImplicitMidpoint(SOLVED), dt)));
     cases.extend([0.004, 0.002, 0.001].map(|dt| (Integrator::Bdf2(SOLVED), dt)));
