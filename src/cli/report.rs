@@ -195,8 +195,8 @@ fn accuracy(report: &Value) -> String {
         return String::new();
     };
     format!(
-        "\nerror of the time step about {:.2e} mm, from {} samples in {:.1} % of the time; the mesh's own is not in it",
-        1000.0 * error,
+        "\nerror of the time step about {:.1e} m, from {} samples in {:.1} % of the time; the mesh's own is not in it",
+        error,
         report["error"]["samples"],
         100.0 * share
     )
