@@ -17,7 +17,7 @@ use glam::DVec3;
 use std::ops::Range;
 
 /// Masses, forces, obstacles, limits and pins. A part that a scene doesn't ask for isn't there.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Model {
     /// The cloths, in the order of their particles. Particles behind the last cloth's are the far
     /// sides of clamps: pinned, without mass and never shown.

@@ -6,7 +6,7 @@
 
 use crate::frame::{Capture, Event, Frame, Level};
 use crate::recorder::{RecordError, Recorded, Recorder};
-use crate::simulation::{Diverged, Simulation};
+use crate::simulation::{Diverged, ErrorEstimate, Simulation};
 use crossbeam_channel::{Sender, bounded};
 use std::panic::resume_unwind;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -26,6 +26,8 @@ pub struct Plan<'a> {
     pub fps: f64,
     /// Simulated time between checkpoints (s).
     pub checkpoint: f64,
+    /// Share of the time that goes into estimating the error of the time step; 0 for no estimate.
+    pub error: f64,
     /// Threads of the simulation.
     pub threads: usize,
     /// Said in the first frame.
@@ -43,6 +45,8 @@ pub struct Finished {
     pub recorded: Recorded,
     /// Why it ended early, if it diverged.
     pub diverged: Option<Diverged>,
+    /// The error of its time step, if it was estimated.
+    pub error: Option<ErrorEstimate>,
     /// Whether it was stopped from outside.
     pub stopped: bool,
     /// Wall time spent in steps.
@@ -109,6 +113,7 @@ pub fn run(
             .spawn_scoped(scope, || record(receiver.into_iter(), recorder, &dropped))
             .map_err(thread_error)?;
         let run = Run {
+            error: ErrorEstimate::new(&simulation, plan.error),
             simulation,
             capture,
             sender,
@@ -126,12 +131,18 @@ pub fn run(
             .unwrap_or_else(|panic| resume_unwind(panic));
         Ok::<_, PipelineError>((stepped, recorded))
     })?;
-    let (simulation, diverged, stepping) = stepped;
+    let Stepped {
+        simulation,
+        error,
+        diverged,
+        stepping,
+    } = stepped;
     let stopped = plan.stop.load(Ordering::Relaxed);
     Ok(Finished {
         simulation,
         recorded: recorded?,
         diverged,
+        error,
         stopped,
         stepping,
         wall: start.elapsed(),
@@ -157,6 +168,7 @@ fn record(
 /// The simulation thread's side.
 struct Run<'a> {
     simulation: Simulation,
+    error: Option<ErrorEstimate>,
     capture: Capture,
     sender: Sender<Frame>,
     plan: &'a Plan<'a>,
@@ -164,12 +176,17 @@ struct Run<'a> {
     stepping: Duration,
 }
 
+/// What the simulation thread leaves.
+struct Stepped {
+    simulation: Simulation,
+    error: Option<ErrorEstimate>,
+    diverged: Option<Diverged>,
+    stepping: Duration,
+}
+
 impl Run<'_> {
     /// Steps until the end, a divergence, a stop from outside, or a recorder that is gone.
-    fn simulate(
-        mut self,
-        report: &mut dyn FnMut(Progress),
-    ) -> (Simulation, Option<Diverged>, Duration) {
+    fn simulate(mut self, report: &mut dyn FnMut(Progress)) -> Stepped {
         let mut diverged = None;
         let mut schedule = Schedule::new(self.plan, self.simulation.dt());
         let notes = self
@@ -189,6 +206,9 @@ impl Run<'_> {
                 diverged = Some(failure);
                 break;
             }
+            if let Some(error) = &mut self.error {
+                error.after_step(&self.simulation);
+            }
             let stop = self.plan.stop.load(Ordering::Relaxed);
             let last = stop || schedule.is_over(&self.simulation);
             if let Some(with_checkpoint) = schedule.due(self.simulation.state().time, last) {
@@ -201,7 +221,12 @@ impl Run<'_> {
             }
             going &= !stop;
         }
-        (self.simulation, diverged, self.stepping)
+        Stepped {
+            simulation: self.simulation,
+            error: self.error,
+            diverged,
+            stepping: self.stepping,
+        }
     }
 
     /// Sends a frame of the current state; `false` when the recorder is gone.
@@ -211,10 +236,14 @@ impl Run<'_> {
         with_checkpoint: bool,
         report: &mut dyn FnMut(Progress),
     ) -> bool {
+        let time = self.simulation.state().time;
+        if let Some(error) = self.error.as_ref().and_then(|error| error.at(time)) {
+            self.capture.note_error(error);
+        }
         let frame = self
             .capture
             .frame(&self.simulation, events, with_checkpoint);
-        let (time, stats) = (frame.time, self.simulation.stats());
+        let stats = self.simulation.stats();
         report(Progress {
             time,
             ms_per_frame: ms_per_frame(self.stepping, time),

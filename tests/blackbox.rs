@@ -224,6 +224,7 @@ fn the_last_good_state_is_kept_as_a_checkpoint() {
         duration: 4.0,
         fps: 60.0,
         checkpoint: 1e3,
+        error: 0.0,
         threads: 1,
         notes: Vec::new(),
         stop: &stop,

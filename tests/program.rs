@@ -233,6 +233,9 @@ const BAD_OPTIONS: &str = r#"
 --dt auto --integrator euler --set cloth.0.damping={} => scene.toml | solver.dt | euler | give every cloth damping
 --duration 0 => scene.toml | duration | above 0
 --fps -60 => scene.toml | record.fps | is -60;
+--set record.error=0.7 => scene.toml | record.error | is 0.7; | at most 0.5
+--set record.error=-0.1 => scene.toml | record.error | 0 for none
+--set record.error=nan => scene.toml | record.error
 --integrator rk9 => scene.toml | rk9 | symplectic-euler | implicit-euler
 --set solver.iterations=0 => scene.toml | solver.iterations | at least 1
 --set solver.residual=0 => scene.toml | solver.residual | above 0
@@ -640,10 +643,14 @@ fn a_report_has_every_field() {
             assert!(value.is_some_and(is), "{path} is {value:?}, no {kind}");
         }
     };
-    check("/scene /integrator /outcome", "text", Value::is_string);
+    check(
+        "/scene /integrator /outcome /error/sees",
+        "text",
+        Value::is_string,
+    );
     check(
         "/threads /particles /springs /hinges /triangles /steps /recorded_frames \
-         /dropped_live_frames /contact/count",
+         /dropped_live_frames /contact/count /error/samples",
         "count",
         Value::is_u64,
     );
@@ -651,7 +658,8 @@ fn a_report_has_every_field() {
         "/dt /simulated_s /wall_s /ms_per_frame /energy/kinetic /energy/gravitational \
          /energy/residual /energy/exchanged /energy/unexplained /energy/dissipated/scheme \
          /energy/elastic/structural /energy/elastic/shear /strain/max \
-         /strain/max_ever /strain/mean /contact/max_depth_m /contact/max_depth_ever_m",
+         /strain/max_ever /strain/mean /contact/max_depth_m /contact/max_depth_ever_m \
+         /error/estimate_m /error/per_step_m /error/share_of_time",
         "number",
         Value::is_f64,
     );

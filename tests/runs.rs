@@ -27,6 +27,7 @@ fn run(
         duration,
         fps: 60.0,
         checkpoint: 0.1,
+        error: 0.0,
         threads,
         notes: Vec::new(),
         stop: &stop,

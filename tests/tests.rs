@@ -12,6 +12,7 @@ mod architecture;
 mod bending;
 mod blackbox;
 mod contract;
+mod error;
 mod extremes;
 mod gallery;
 mod lab;

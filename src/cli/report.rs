@@ -3,7 +3,7 @@
 use crate::frame::mean_strain;
 use crate::integrator::Integrator;
 use crate::pipeline::{Finished, ms_per_frame};
-use crate::simulation::{Account, Cause, Diverged, Part, Stage};
+use crate::simulation::{Account, Cause, Diverged, ErrorEstimate, Part, Stage};
 use serde_json::{Map, Value, json};
 
 /// The report of a finished run; its fields keep their names.
@@ -40,11 +40,27 @@ pub(super) fn report(scene: &str, threads: usize, finished: &Finished) -> Value 
         "peak_kinetic_j": stats.kinetic_peak,
         "outcome": outcome(finished),
     });
+    if let (Some(error), Some(fields)) = (&finished.error, report.as_object_mut()) {
+        fields.insert("error".to_owned(), time_step_error(error, finished));
+    }
     if let (Some(diverged), Some(fields)) = (&finished.diverged, report.as_object_mut()) {
         fields.insert("reason".to_owned(), json!(diverged.to_string()));
         fields.insert("divergence".to_owned(), divergence(diverged));
     }
     report
+}
+
+/// What the time step is estimated to have cost in accuracy.
+fn time_step_error(error: &ErrorEstimate, finished: &Finished) -> Value {
+    let spent = error.spent().as_secs_f64();
+    let all = spent + finished.stepping.as_secs_f64();
+    json!({
+        "estimate_m": error.at(finished.simulation.state().time),
+        "per_step_m": error.per_step(),
+        "samples": error.samples(),
+        "share_of_time": if all > 0.0 { spent / all } else { 0.0 },
+        "sees": "time step; not the mesh",
+    })
 }
 
 /// The black box of a run that diverged.
@@ -179,6 +195,21 @@ fn warnings(report: &Value, scheme: Integrator) -> String {
     said
 }
 
+/// What the time step is estimated to have cost, if that was asked.
+fn accuracy(report: &Value) -> String {
+    let number = |path: &str| report.pointer(path).and_then(Value::as_f64);
+    let (Some(error), Some(share)) = (number("/error/estimate_m"), number("/error/share_of_time"))
+    else {
+        return String::new();
+    };
+    format!(
+        "\nerror of the time step about {:.1e} m, from {} samples in {:.1} % of the time; the mesh's own is not in it",
+        error,
+        report["error"]["samples"],
+        100.0 * share
+    )
+}
+
 /// A few lines for people.
 pub(super) fn summary(report: &Value, scheme: Integrator) -> String {
     let number = |path: &str| {
@@ -189,7 +220,7 @@ pub(super) fn summary(report: &Value, scheme: Integrator) -> String {
     };
     format!(
         "{}: {} after {:.3} s simulated in {:.1} s, {:.1} ms per 1/60 s\n\
-         largest strain ever {:.2} %, deepest penetration ever {:.3} mm, kinetic energy {:.2e} J (peak {:.2e} J){}",
+         largest strain ever {:.2} %, deepest penetration ever {:.3} mm, kinetic energy {:.2e} J (peak {:.2e} J){}{}",
         report["scene"].as_str().unwrap_or_default(),
         report["outcome"].as_str().unwrap_or_default(),
         number("/simulated_s"),
@@ -199,6 +230,7 @@ pub(super) fn summary(report: &Value, scheme: Integrator) -> String {
         1000.0 * number("/contact/max_depth_ever_m"),
         number("/energy/kinetic"),
         number("/peak_kinetic_j"),
+        accuracy(report),
         warnings(report, scheme),
     )
 }

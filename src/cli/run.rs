@@ -38,6 +38,7 @@ pub(super) fn run(args: &RunArgs) -> Result<(), Failure> {
         duration: loaded.scene.duration,
         fps: record.fps,
         checkpoint: record.checkpoint,
+        error: record.error,
         threads,
         notes,
         stop: &stop,

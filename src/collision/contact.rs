@@ -70,6 +70,17 @@ impl Contacts {
         self.grips.clone_from(&other.grips);
     }
 
+    /// Makes grips, which hold the impulses of a whole step, those of a step `factor` times as long.
+    pub fn scale_grips(&mut self, factor: f64) {
+        if factor == 1.0 {
+            return;
+        }
+        for grip in &mut self.grips {
+            grip.pressure *= factor;
+            grip.drag *= factor;
+        }
+    }
+
     /// Depth of the deepest particle below an obstacle's surface (m); 0 when all are outside.
     pub fn deepest(&self) -> f64 {
         self.list

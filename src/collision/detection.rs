@@ -13,7 +13,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 /// What is known of each particle's distance from each obstacle.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Detection {
     /// Per obstacle, one entry a particle.
     known: Vec<Vec<Known>>,

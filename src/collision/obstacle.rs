@@ -3,7 +3,7 @@
 use crate::mesh::{Surface, TriMesh};
 
 /// A body at rest.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Obstacle {
     /// Its name in the scene.
     pub name: String,

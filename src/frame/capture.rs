@@ -20,6 +20,8 @@ pub struct Capture {
     frames: u64,
     /// Releases of pins that had happened when the header was made.
     released: usize,
+    /// Error of the time step (m): not a number before it is known, `None` where nobody asks.
+    error: Option<f64>,
 }
 
 /// Classes of the strain histogram; odd, so that one is centred on zero.
@@ -40,6 +42,7 @@ impl Capture {
             strain_range: record.strain_range,
             frames: 0,
             released: model.released(),
+            error: (record.error > 0.0).then_some(f64::NAN),
         };
         let header = Header {
             scene: loaded.scene.name.clone(),
@@ -65,12 +68,19 @@ impl Capture {
                 .iter()
                 .map(|o| obstacle_header(&o.name, &o.mesh))
                 .collect(),
-            series: series(simulation)
+            series: series(simulation, capture.error)
                 .into_iter()
                 .map(|(path, label, _)| Series { path, label })
                 .collect(),
         };
         (capture, header)
+    }
+
+    /// Takes the error of the time step (m) as it is estimated now, for the frames from here on.
+    pub fn note_error(&mut self, error: f64) {
+        if let Some(known) = &mut self.error {
+            *known = error;
+        }
     }
 
     /// The frame of the current state.
@@ -104,7 +114,7 @@ impl Capture {
                 })
                 .collect(),
             contacts: contacts.collect(),
-            values: series(simulation)
+            values: series(simulation, self.error)
                 .into_iter()
                 .map(|(_, _, value)| value)
                 .collect(),
@@ -207,7 +217,7 @@ fn cloth_frame(
 }
 
 /// Path, label with unit, and value of every series, in a fixed order.
-fn series(simulation: &Simulation) -> Vec<(String, String, f64)> {
+fn series(simulation: &Simulation, error: Option<f64>) -> Vec<(String, String, f64)> {
     let (model, stats) = (simulation.model(), simulation.stats());
     let balance = simulation.balance();
     let energies = &balance.energies;
@@ -261,6 +271,10 @@ fn series(simulation: &Simulation) -> Vec<(String, String, f64)> {
         "solver iterations a step".into(),
         f64::from(stats.solve.iterations),
     );
+    if let Some(error) = error {
+        let label = "time step, estimated (m)".into();
+        add("error/time_step".into(), label, error);
+    }
     all
 }
 

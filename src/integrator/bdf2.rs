@@ -10,6 +10,7 @@ use crate::linear::Solve;
 use crate::model::Model;
 use crate::state::State;
 use glam::DVec3;
+use std::any::Any;
 
 /// The scheme at work.
 #[derive(Debug)]
@@ -120,6 +121,12 @@ impl Scheme for Bdf2 {
 
     fn recall(&mut self) {
         self.history.copy_from(&self.remembered);
+    }
+
+    fn follow(&mut self, other: &dyn Scheme) {
+        if let Some(other) = (other as &dyn Any).downcast_ref::<Self>() {
+            self.history.copy_from(&other.history);
+        }
     }
 }
 

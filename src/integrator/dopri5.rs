@@ -9,6 +9,7 @@ use crate::linear::Solve;
 use crate::model::Model;
 use crate::state::State;
 use glam::DVec3;
+use std::any::Any;
 
 /// Stages of a step; the last one is the first of the next.
 const STAGES: usize = 7;
@@ -215,5 +216,11 @@ impl Scheme for Dopri5 {
             }
         }
         solve
+    }
+    /// Steps of a tighter tolerance find their length from there.
+    fn follow(&mut self, other: &dyn Scheme) {
+        if let Some(other) = (other as &dyn Any).downcast_ref::<Self>() {
+            self.step = other.step * (self.tolerance / other.tolerance).powf(0.2);
+        }
     }
 }

@@ -25,6 +25,7 @@ use crate::linear::Solve;
 use crate::model::Model;
 use crate::state::State;
 use glam::DVec3;
+use std::any::Any;
 
 /// The scheme at work; one entry a particle.
 #[derive(Debug)]
@@ -153,5 +154,11 @@ impl Scheme for ImplicitMidpoint {
 
     fn recall(&mut self) {
         self.surplus = self.remembered;
+    }
+
+    fn follow(&mut self, other: &dyn Scheme) {
+        if let Some(other) = (other as &dyn Any).downcast_ref::<Self>() {
+            self.surplus = other.surplus;
+        }
     }
 }

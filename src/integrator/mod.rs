@@ -36,6 +36,7 @@ use newton::Newton;
 use projective::Projective;
 use retry::Retry;
 use rk4::Rk4;
+use std::any::Any;
 use std::fmt::Debug;
 use symplectic_euler::SymplecticEuler;
 use verlet::Verlet;
@@ -186,7 +187,7 @@ impl Integrator {
 }
 
 /// A scheme at work.
-pub trait Scheme: Debug + Send {
+pub trait Scheme: Any + Debug + Send {
     /// Sets `state` to what `before` is `dt` (s) later. What it holds at first means nothing; its time at
     /// the end, and where driven particles end, is the caller's.
     ///
@@ -223,4 +224,8 @@ pub trait Scheme: Debug + Send {
 
     /// Goes back to what was kept.
     fn recall(&mut self) {}
+
+    /// Takes what another one of the same scheme and model carries over from its last step, to go on in
+    /// its place: all that the next step's result depends on by more than its tolerance.
+    fn follow(&mut self, _other: &dyn Scheme) {}
 }

@@ -47,6 +47,42 @@ impl Integrator {
         }
     }
 
+    /// Order p of the scheme on smooth motion: its error goes with dtᵖ.
+    pub fn order(self) -> i32 {
+        match self {
+            Self::Euler
+            | Self::SymplecticEuler
+            | Self::ImplicitEuler(_)
+            | Self::Newton(_)
+            | Self::Xpbd { .. }
+            | Self::Projective { .. } => 1,
+            Self::Verlet | Self::ImplicitMidpoint(_) | Self::Bdf2(_) => 2,
+            Self::Rk4 => 4,
+            Self::Dopri5 { .. } => 5,
+        }
+    }
+
+    /// Order p that is seen in a scene: 1 where a strain limit or contact acts after the step, whatever
+    /// the scheme's own.
+    pub fn order_in(self, model: &Model) -> i32 {
+        if model.strain_limit.is_some() || !model.obstacles.is_empty() {
+            1
+        } else {
+            self.order()
+        }
+    }
+
+    /// The scheme as it is at half of its steps: `dopri5`, which chooses them, at the tolerance that
+    /// makes them half as long.
+    pub fn halved(self) -> Self {
+        match self {
+            Self::Dopri5 { tolerance } => Self::Dopri5 {
+                tolerance: tolerance * 0.5_f64.powi(self.order()),
+            },
+            other => other,
+        }
+    }
+
     /// What the scheme can't do in this scene, or not as well as elsewhere.
     pub fn shortcomings(self, model: &Model) -> Vec<&'static str> {
         let mut said = Vec::new();

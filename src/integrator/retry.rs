@@ -5,6 +5,7 @@ use crate::collision::Contacts;
 use crate::linear::Solve;
 use crate::model::Model;
 use crate::state::State;
+use std::any::Any;
 
 /// Halvings of a step before it is taken as it is: sixteen parts.
 const MAX_HALVINGS: u32 = 4;
@@ -40,7 +41,7 @@ impl<S: Scheme> Retry<S> {
         let share = f64::from(count).recip();
         let part = dt * share;
         // Grips hold the impulses of a whole step.
-        scale_grips(contacts, share);
+        contacts.scale_grips(share);
         let mut all = Solve::NONE;
         for k in 1..=count {
             let start = if k == 1 {
@@ -64,12 +65,12 @@ impl<S: Scheme> Retry<S> {
                 contact.gap = contact.gap.min(0.0);
             }
         }
-        scale_grips(contacts, f64::from(count));
+        contacts.scale_grips(f64::from(count));
         all
     }
 }
 
-impl<S: Scheme> Scheme for Retry<S> {
+impl<S: Scheme + 'static> Scheme for Retry<S> {
     /// Advances by `dt` (s) at once, or in 2, 4, 8, 16 parts, until every part is solved and finite. When
     /// none is, what the last attempt gave stands, and says that it is not solved.
     fn advance(
@@ -100,15 +101,11 @@ impl<S: Scheme> Scheme for Retry<S> {
             halvings += 1;
         }
     }
-}
 
-fn scale_grips(contacts: &mut Contacts, factor: f64) {
-    if factor == 1.0 {
-        return;
-    }
-    for grip in &mut contacts.grips {
-        grip.pressure *= factor;
-        grip.drag *= factor;
+    fn follow(&mut self, other: &dyn Scheme) {
+        if let Some(other) = (other as &dyn Any).downcast_ref::<Self>() {
+            self.scheme.follow(&other.scheme);
+        }
     }
 }
 

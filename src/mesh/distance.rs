@@ -11,6 +11,7 @@ use parry3d_f64::query::PointQueryWithLocation as _;
 use parry3d_f64::shape::{TriMesh as ParryMesh, TriMeshFlags, TrianglePointLocation};
 
 /// A closed surface that answers how far a point is from it.
+#[derive(Clone)]
 pub struct Surface {
     mesh: ParryMesh,
 }

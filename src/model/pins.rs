@@ -8,7 +8,7 @@ use glam::DVec3;
 use std::collections::BTreeMap;
 
 /// What pins do besides holding still: nothing, in most models.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct Pins {
     /// The motions, each with the particles that it moves.
     pub drives: Vec<Drive>,

@@ -423,6 +423,8 @@ pub struct Record {
     pub strain_range: f64,
     /// Simulated time between checkpoints (s); there is always one at the end.
     pub checkpoint: f64,
+    /// Share of the run's time that goes into estimating the error of the time step; 0 for no estimate.
+    pub error: f64,
     /// Two corners of the box that is looked at when the recording is opened (m); around the cloths
     /// and what is near them by default.
     pub view: Option<[[f64; 3]; 2]>,
@@ -462,6 +464,7 @@ impl Default for Record {
             springs: SpringDetailName::default(),
             strain_range: 0.05,
             checkpoint: 1.0,
+            error: 0.05,
             view: None,
         }
     }

@@ -22,6 +22,7 @@ pub(super) fn check(scene: &Scene) -> Result<(), Fault> {
     positive("record.fps", scene.record.fps)?;
     positive("record.strain_range", scene.record.strain_range)?;
     positive("record.checkpoint", scene.record.checkpoint)?;
+    check_share("record.error", scene.record.error)?;
     for corner in scene.record.view.iter().flatten() {
         finite("record.view", corner)?;
     }
@@ -324,6 +325,19 @@ fn not_negative(path: &str, value: f64) -> Result<(), Fault> {
     Err(Fault::new(
         path,
         format!("is {value}; it must be a finite number, 0 or more"),
+    ))
+}
+
+/// Half of a run at most: beyond, the windows in which its error is estimated would meet.
+fn check_share(path: &str, value: f64) -> Result<(), Fault> {
+    if (0.0..=0.5).contains(&value) {
+        return Ok(());
+    }
+    Err(Fault::new(
+        path,
+        format!(
+            "is {value}; it is the share of the time spent on the estimate: 0 for none, at most 0.5"
+        ),
     ))
 }
 
