@@ -2,12 +2,14 @@
 
 mod args;
 mod check;
+mod choose;
 #[cfg(feature = "rerun")]
 mod export;
 mod foresight;
 mod lab;
 mod mannequin;
 mod progress;
+mod quantity;
 mod report;
 mod run;
 mod scenes;

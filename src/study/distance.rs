@@ -34,6 +34,15 @@ impl Distance {
             largest: each.iter().map(|d| d.largest).fold(0.0, f64::max),
         }
     }
+
+    /// The largest distances of two sequences of states at any one of their times.
+    pub fn worst(a: &[Vec<DVec3>], b: &[Vec<DVec3>]) -> Self {
+        let each = a.iter().zip(b).map(|(a, b)| Self::between(a, b));
+        each.fold(Self::default(), |worst, here| Self {
+            rms: worst.rms.max(here.rms),
+            largest: worst.largest.max(here.largest),
+        })
+    }
 }
 
 #[cfg(test)]
@@ -47,8 +56,11 @@ mod tests {
         moved[2] = DVec3::new(0.0, 2.0, 0.0);
         let one = Distance::between(&still, &moved);
         assert_eq!((one.rms, one.largest), (1.0, 2.0));
-        let both = Distance::over(&[still.clone(), still.clone()], &[still, moved]);
+        let (a, b) = ([still.clone(), still.clone()], [still, moved]);
+        let both = Distance::over(&a, &b);
         assert!((both.rms - 0.5_f64.sqrt()).abs() < 1e-15, "{both:?}");
         assert_eq!(both.largest, 2.0);
+        let worst = Distance::worst(&a, &b);
+        assert_eq!((worst.rms, worst.largest), (1.0, 2.0));
     }
 }

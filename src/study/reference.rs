@@ -40,6 +40,10 @@ pub struct Reference {
     /// Its own error, as far as known: the distance to the second, or to itself at twice the step where
     /// that is more.
     pub error: Distance,
+    /// The same at each of the compared times (m RMS).
+    pub errors: Vec<f64>,
+    /// Wall time per simulated second.
+    pub seconds_per_second: f64,
     /// Errors found at each refinement, from the coarsest on.
     pub history: Vec<Distance>,
     /// Whether its error came down to what was asked for.
@@ -63,9 +67,9 @@ impl Reference {
 
 /// Two schemes that are refined together.
 #[derive(Clone, Copy, Debug)]
-struct Pair {
-    first: Setting,
-    second: Setting,
+pub(super) struct Pair {
+    pub(super) first: Setting,
+    pub(super) second: Setting,
 }
 
 impl Pair {
@@ -98,8 +102,19 @@ pub fn reference(
     budget: f64,
     say: &mut dyn FnMut(String),
 ) -> Result<Reference, StudyError> {
+    let pair = pair(subject, budget)?;
+    refine(subject, pair, goal, budget, say)
+}
+
+/// The same of given schemes, from the steps on that they have.
+pub(super) fn refine(
+    subject: &Subject<'_>,
+    mut pair: Pair,
+    goal: f64,
+    budget: f64,
+    say: &mut dyn FnMut(String),
+) -> Result<Reference, StudyError> {
     let start = Instant::now();
-    let mut pair = pair(subject, budget)?;
     let mut history = Vec::new();
     let mut coarse = whole(subject, pair.first)?;
     pair = pair.halved(1);
@@ -126,6 +141,8 @@ pub fn reference(
             return Ok(Reference {
                 setting: pair.first,
                 second: pair.second,
+                errors: apart_at(&first, [&second, &coarse]),
+                seconds_per_second: first.seconds_per_second,
                 states: first.states,
                 error,
                 history,
@@ -135,6 +152,14 @@ pub fn reference(
         coarse = first;
         pair = pair.halved(1);
     }
+}
+
+/// How far a run is from the farther one of two others, at each time (m RMS).
+fn apart_at(run: &Trial, others: [&Trial; 2]) -> Vec<f64> {
+    let at = |k: usize| others.map(|other| Distance::between(&run.states[k], &other.states[k]).rms);
+    (0..run.states.len())
+        .map(|k| at(k).into_iter().fold(0.0, f64::max))
+        .collect()
 }
 
 /// The schemes of the reference: of fourth and second order where steps as short as explicit schemes
@@ -162,7 +187,7 @@ fn pair(subject: &Subject<'_>, budget: f64) -> Result<Pair, StudyError> {
 }
 
 /// What a run will take (s), by its first steps.
-fn cost(subject: &Subject<'_>, setting: Setting) -> Result<f64, StudyError> {
+pub(super) fn cost(subject: &Subject<'_>, setting: Setting) -> Result<f64, StudyError> {
     let mut simulation = subject.simulation(setting)?;
     let start = Instant::now();
     for _ in 0..PROBE {
@@ -189,7 +214,7 @@ fn whole(subject: &Subject<'_>, setting: Setting) -> Result<Trial, StudyError> {
             "study a scene that runs: give it damping, a softer material or a shorter --duration",
         )),
         Outcome::TooSlow => Err(failed(
-            format!("took more than {} s", super::PATIENCE),
+            format!("took more than {} s", super::digits(subject.patience)),
             "study less of it: a shorter --duration, or larger cells",
         )),
         Outcome::Stopped => Err(StudyError::Stopped),

@@ -1,0 +1,328 @@
+//! Turns each scheme's step until its error, or its cost, is where it should be.
+
+use super::{Measured, SPENT};
+use crate::integrator::Integrator;
+use crate::study::error::StudyError;
+use crate::study::reference::cost;
+use crate::study::{Distance, Outcome, Reference, Setting, Subject, digits};
+use std::ops::RangeInclusive;
+use std::time::Instant;
+
+/// Share of a tolerance that is aimed at, and the share that is good enough: the yardstick's own error
+/// comes on top.
+const AIM: f64 = 0.65;
+const GOOD: RangeInclusive<f64> = 0.4..=0.9;
+
+/// Share of a budget at which it counts as spent.
+pub(super) const SATED: RangeInclusive<f64> = 0.8..=0.97;
+
+/// Runs of a scheme at the most.
+const RUNS: u32 = 6;
+
+/// A step is turned by at most this at once: slopes change.
+const TURN: RangeInclusive<f64> = 1.0 / 16.0..=4.0;
+
+/// Share of its stable step at which an explicit scheme runs; see
+/// [`AUTO_SHARE`](crate::simulation::AUTO_SHARE).
+const SHARE: f64 = crate::simulation::AUTO_SHARE;
+
+/// The longest step (s): a frame.
+const FRAME: f64 = 1.0 / 60.0;
+
+/// The schemes' steps against the reference.
+pub(super) struct Search<'s, 'a> {
+    subject: &'s mut Subject<'a>,
+    reference: &'s Reference,
+    deadline: Instant,
+    say: &'s mut dyn FnMut(String),
+    /// What was run to its end.
+    pub(super) measured: Vec<Measured>,
+}
+
+/// How a run went.
+enum Ran {
+    Through(Measured),
+    Diverged,
+    TooSlow,
+}
+
+/// What is turned: the step, or dopri5's tolerance.
+pub(super) fn dial(setting: Setting) -> f64 {
+    setting.tolerance().unwrap_or(setting.dt)
+}
+
+/// A scheme with its dial at a value.
+pub(super) fn setting(subject: &Subject<'_>, scheme: Integrator, dial: f64) -> Setting {
+    match scheme {
+        Integrator::Dopri5 { .. } => Setting {
+            integrator: Integrator::Dopri5 { tolerance: dial },
+            dt: subject.fitting(0.25 * FRAME),
+        },
+        _ => Setting {
+            integrator: scheme,
+            dt: subject.fitting(dial),
+        },
+    }
+}
+
+/// The largest sensible value of a scheme's dial; 0 where there is none.
+pub(super) fn longest(subject: &Subject<'_>, scheme: Integrator) -> f64 {
+    match scheme {
+        Integrator::Dopri5 { .. } => 0.01,
+        _ => (SHARE * subject.forecast.stable_dt(scheme)).min(FRAME),
+    }
+}
+
+/// Where the search of a scheme begins.
+fn start(subject: &Subject<'_>, scheme: Integrator) -> f64 {
+    match scheme {
+        Integrator::Dopri5 { .. } => 1e-4,
+        _ => longest(subject, scheme).min(scheme.usual_step()),
+    }
+}
+
+/// The order in which errors fall with the dial, until two are known.
+fn usual_order(scheme: Integrator) -> f64 {
+    match scheme {
+        Integrator::Verlet
+        | Integrator::Rk4
+        | Integrator::ImplicitMidpoint(_)
+        | Integrator::Bdf2(_) => 2.0,
+        _ => 1.0,
+    }
+}
+
+/// The order in which costs rise with a shorter step, until two are known: long steps take more
+/// iterations each.
+fn usual_price(scheme: Integrator) -> f64 {
+    match scheme {
+        Integrator::Dopri5 { .. } => 0.2,
+        Integrator::Xpbd { .. } => 1.0,
+        _ if scheme.is_explicit() => 1.0,
+        _ => 0.7,
+    }
+}
+
+impl<'s, 'a> Search<'s, 'a> {
+    pub(super) fn new(
+        subject: &'s mut Subject<'a>,
+        reference: &'s Reference,
+        deadline: Instant,
+        say: &'s mut dyn FnMut(String),
+    ) -> Self {
+        Self {
+            subject,
+            reference,
+            deadline,
+            say,
+            measured: Vec::new(),
+        }
+    }
+
+    /// The cheapest setting whose error is at most a tolerance (m RMS): the reference's own at the worst.
+    pub(super) fn within_tolerance(
+        &mut self,
+        schemes: &[Integrator],
+        tolerance: f64,
+    ) -> Result<Measured, StudyError> {
+        let good = *GOOD.end() * tolerance;
+        if schemes.contains(&self.reference.setting.integrator) {
+            self.measured.push(Measured {
+                setting: self.reference.setting,
+                error: super::worst(self.reference),
+                seconds_per_second: self.reference.seconds_per_second,
+            });
+        }
+        for (scheme, _) in self.by_cost(schemes)? {
+            self.turn_to_tolerance(scheme, tolerance)?;
+        }
+        self.cheapest(good).ok_or_else(|| {
+            StudyError::Ask(format!(
+                "--tolerance {} mm: {}; choose another --integrator, or set --dt",
+                digits(1000.0 * tolerance),
+                self.nearest("has the least error")
+            ))
+        })
+    }
+
+    /// The most exact setting that a budget (wall time per simulated second) pays for.
+    pub(super) fn within_budget(
+        &mut self,
+        schemes: &[Integrator],
+        budget: f64,
+    ) -> Result<Measured, StudyError> {
+        for (scheme, price) in self.by_cost(schemes)? {
+            self.turn_to_budget(scheme, budget, price)?;
+        }
+        let affordable = |row: &&Measured| row.seconds_per_second <= budget;
+        let best = self.measured.iter().filter(affordable);
+        let best = best.min_by(|a, b| a.error.total_cmp(&b.error)).copied();
+        best.ok_or_else(|| {
+            let ms = 1000.0 * budget / super::FRAMES;
+            StudyError::Ask(format!(
+                "--budget {} ms: no setting is as fast; {}; use larger cells, or a larger budget",
+                digits(ms),
+                self.nearest("is the fastest")
+            ))
+        })
+    }
+
+    /// The cheapest row of at most an error (m RMS).
+    fn cheapest(&self, error: f64) -> Option<Measured> {
+        let rows = self.measured.iter().filter(|row| row.error <= error);
+        let cost = |row: &&Measured| row.seconds_per_second;
+        rows.min_by(|a, b| cost(a).total_cmp(&cost(b))).copied()
+    }
+
+    /// In words, the row that comes nearest.
+    fn nearest(&self, what: &str) -> String {
+        let by = |row: &Measured| {
+            if what.contains("error") {
+                row.error
+            } else {
+                row.seconds_per_second
+            }
+        };
+        let best = self.measured.iter().min_by(|a, b| by(a).total_cmp(&by(b)));
+        best.map_or_else(
+            || "no run came to its end in time".to_owned(),
+            |row| {
+                format!(
+                    "{} at {} {what}: {} mm at {} ms a frame",
+                    row.setting.series(),
+                    row.setting.dial(),
+                    digits(1000.0 * row.error),
+                    digits(row.ms_per_frame())
+                )
+            },
+        )
+    }
+
+    /// Schemes that can run here, and what a simulated second costs where their search begins by their
+    /// first steps, the cheapest first: a good one early ends the runs of dearer ones.
+    fn by_cost(&self, schemes: &[Integrator]) -> Result<Vec<(Integrator, f64)>, StudyError> {
+        let mut all = Vec::new();
+        for &scheme in schemes {
+            if longest(self.subject, scheme) > 0.0 {
+                let setting = setting(self.subject, scheme, start(self.subject, scheme));
+                all.push((scheme, cost(self.subject, setting)? / self.subject.duration));
+            }
+        }
+        all.sort_by(|a, b| a.1.total_cmp(&b.1));
+        Ok(all)
+    }
+
+    fn turn_to_tolerance(&mut self, scheme: Integrator, tolerance: f64) -> Result<(), StudyError> {
+        let longest = longest(self.subject, scheme);
+        let mut dial = start(self.subject, scheme);
+        let (mut order, mut last) = (usual_order(scheme), None);
+        for _ in 0..RUNS {
+            let setting = setting(self.subject, scheme, dial);
+            if self.is_known(setting) || Instant::now() > self.deadline {
+                break;
+            }
+            let best = self.cheapest(*GOOD.end() * tolerance);
+            let row = match self.run(setting, best.map(|row| row.seconds_per_second))? {
+                Ran::Through(row) => row,
+                Ran::Diverged => {
+                    dial *= 0.5;
+                    continue;
+                }
+                Ran::TooSlow => break,
+            };
+            let at = self::dial(setting);
+            let error = row.error.max(f64::MIN_POSITIVE);
+            let share = error / tolerance;
+            let is_longest = at > 0.8 * longest;
+            if GOOD.contains(&share) || (share < *GOOD.start() && is_longest) {
+                break;
+            }
+            if let Some((other, its)) = last {
+                order = slope((at, error), (other, its)).clamp(0.5, 4.0);
+            }
+            last = Some((at, error));
+            let turn = (AIM / share).powf(1.0 / order);
+            dial = (at * turn.clamp(*TURN.start(), *TURN.end())).min(longest);
+        }
+        Ok(())
+    }
+
+    fn turn_to_budget(
+        &mut self,
+        scheme: Integrator,
+        budget: f64,
+        price: f64,
+    ) -> Result<(), StudyError> {
+        let longest = longest(self.subject, scheme);
+        let mut cost = price;
+        let mut dial = start(self.subject, scheme);
+        let (mut order, mut last) = (usual_price(scheme), None);
+        for _ in 0..RUNS {
+            dial = (dial * (cost / (SPENT * budget)).powf(1.0 / order)).min(longest);
+            let setting = setting(self.subject, scheme, dial);
+            if self.is_known(setting) || Instant::now() > self.deadline {
+                break;
+            }
+            match self.run(setting, Some(1.5 * budget))? {
+                Ran::Through(row) => cost = row.seconds_per_second,
+                Ran::TooSlow => cost = 1.5 * budget,
+                Ran::Diverged => break,
+            }
+            dial = self::dial(setting);
+            if SATED.contains(&(cost / budget)) || (cost <= budget && dial > 0.99 * longest) {
+                break;
+            }
+            if let Some((other, its)) = last {
+                order = (-slope((dial, cost), (other, its))).clamp(0.2, 1.2);
+            }
+            last = Some((dial, cost));
+        }
+        Ok(())
+    }
+
+    fn is_known(&self, setting: Setting) -> bool {
+        self.measured.iter().any(|row| row.setting == setting)
+    }
+
+    /// Runs a setting, for at most `limit` of wall time per simulated second.
+    fn run(&mut self, setting: Setting, limit: Option<f64>) -> Result<Ran, StudyError> {
+        let left = self.deadline.saturating_duration_since(Instant::now());
+        let limit = limit.map_or(f64::INFINITY, |limit| limit * self.subject.duration);
+        self.subject.patience = limit.min(left.as_secs_f64());
+        let trial = self.subject.run(setting, &mut |_| {})?;
+        let ran = match trial.outcome {
+            Outcome::Stopped => return Err(StudyError::Stopped),
+            Outcome::Diverged(_) => Ran::Diverged,
+            Outcome::TooSlow => Ran::TooSlow,
+            Outcome::Completed => {
+                let row = Measured {
+                    setting,
+                    error: Distance::worst(&trial.states, &self.reference.states).rms,
+                    seconds_per_second: trial.seconds_per_second,
+                };
+                self.measured.push(row);
+                Ran::Through(row)
+            }
+        };
+        let result = match &ran {
+            Ran::Through(row) => format!(
+                "{} mm, {} ms a frame",
+                digits(1000.0 * row.error),
+                digits(row.ms_per_frame())
+            ),
+            Ran::Diverged => "diverged".to_owned(),
+            Ran::TooSlow => "too slow".to_owned(),
+        };
+        (self.say)(format!(
+            "{} at {}: {result}",
+            setting.series(),
+            setting.dial()
+        ));
+        Ok(ran)
+    }
+}
+
+/// Slope between two points in logarithms.
+fn slope(a: (f64, f64), b: (f64, f64)) -> f64 {
+    (a.1 / b.1).ln() / (a.0 / b.0).ln()
+}
