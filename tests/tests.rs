@@ -15,6 +15,7 @@ mod gallery;
 mod lab;
 mod laws;
 mod motion;
+mod pick;
 mod program;
 mod projective;
 mod runs;

@@ -4,24 +4,12 @@
 use super::Failure;
 use super::args::RunArgs;
 use crate::integrator::Integrator;
-use crate::scene::{IntegratorName, LoadedScene};
-use crate::study::pick::{Goal, Measured, Picked, pick};
+use crate::scene::LoadedScene;
+use crate::study::pick::{Goal, Measured, Picked, candidates, pick};
 use crate::study::{Setting, Subject, digits};
 use anyhow::anyhow;
 use serde_json::{Value, json};
 use std::sync::atomic::AtomicBool;
-
-/// Schemes that are ever the best at what they cost; see the tables of `muslin study`.
-const CANDIDATES: [IntegratorName; 8] = [
-    IntegratorName::SymplecticEuler,
-    IntegratorName::Verlet,
-    IntegratorName::Rk4,
-    IntegratorName::ImplicitEuler,
-    IntegratorName::ImplicitMidpoint,
-    IntegratorName::Bdf2,
-    IntegratorName::Xpbd,
-    IntegratorName::Projective,
-];
 
 /// What is asked for, if anything.
 pub(super) fn goal(args: &RunArgs) -> Option<Goal> {
@@ -49,7 +37,7 @@ pub(super) fn choose(
     let schemes: Vec<Integrator> = if is_set("solver.integrator") {
         vec![Integrator::of(solver)]
     } else {
-        CANDIDATES.map(|name| scheme(loaded, name)).to_vec()
+        candidates(solver)
     };
     let duration = loaded.scene.duration;
     let mut subject =
@@ -80,16 +68,6 @@ pub(super) fn choose(
 
 fn key_of(change: &str) -> &str {
     change.split('=').next().unwrap_or_default().trim()
-}
-
-/// A scheme with the scene's dials; iterations are its own scheme's.
-fn scheme(loaded: &LoadedScene, name: IntegratorName) -> Integrator {
-    let mut solver = loaded.scene.solver.clone();
-    if name != solver.integrator {
-        solver.iterations = None;
-    }
-    solver.integrator = name;
-    Integrator::of(&solver)
 }
 
 fn flag(goal: Goal) -> String {
@@ -132,19 +110,24 @@ pub(super) fn notes(picked: &Picked, duration: f64) -> Vec<String> {
         seconds,
         ..
     } = picked;
-    let of = if *window < duration * (1.0 - 1e-6) {
-        format!("the first {} of {} s", digits(*window), digits(duration))
-    } else {
-        "the whole run".to_owned()
-    };
-    let mut said = vec![format!(
-        "{}: chose {}; expect {} (largest RMS distance to the limit of short steps on this mesh, over {of}) at {} ms a frame; {} s of calibration",
-        flag(*goal),
-        name(chosen),
-        error(picked, chosen),
-        digits(chosen.ms_per_frame()),
-        digits(*seconds),
-    )];
+    let mut said = vec![
+        format!(
+            "{}: chose {}, {} at {} ms a frame, after {} s of calibration",
+            flag(*goal),
+            name(chosen),
+            error(picked, chosen),
+            digits(chosen.ms_per_frame()),
+            digits(*seconds),
+        ),
+        "  errors: the RMS distance over particles to what shorter steps lead to, on this mesh, when it is largest".to_owned(),
+    ];
+    if *window < duration * (1.0 - 1e-6) {
+        said.push(format!(
+            "  over the first {} of {} s: what comes later was not measured, and errors mostly grow",
+            digits(*window),
+            digits(duration)
+        ));
+    }
     let other = |what: &str, row: &Measured| {
         format!(
             "  {what}: {}, {} at {} ms a frame",
@@ -153,11 +136,12 @@ pub(super) fn notes(picked: &Picked, duration: f64) -> Vec<String> {
             digits(row.ms_per_frame())
         )
     };
-    said.extend(picked.finer().map(|row| other("more exact", row)));
+    said.extend(modest(picked));
+    said.extend(picked.finer().map(|row| other("more exact, dearer", row)));
     said.extend(
         picked
             .cheaper()
-            .map(|row| other("given up for exactness", row)),
+            .map(|row| other("cheaper, less exact", row)),
     );
     let extra = others(&chosen.setting).map_or_else(String::new, |set| format!(" --set {set}"));
     said.push(format!(
@@ -166,6 +150,16 @@ pub(super) fn notes(picked: &Picked, duration: f64) -> Vec<String> {
         chosen.setting.dt
     ));
     said
+}
+
+/// Said where the error is far below what was asked for.
+fn modest(picked: &Picked) -> Option<String> {
+    match picked.goal {
+        Goal::Tolerance(tolerance) if picked.chosen.error < tolerance / 3.0 => {
+            Some("  nothing that was tried and uses more of the tolerance is cheaper".to_owned())
+        }
+        _ => None,
+    }
 }
 
 fn name(row: &Measured) -> String {

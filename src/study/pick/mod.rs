@@ -15,6 +15,7 @@ mod yardstick;
 use super::error::StudyError;
 use super::{Outcome, Reference, Setting, Subject, digits};
 use crate::integrator::Integrator;
+use crate::scene::{IntegratorName, Solver};
 use search::Search;
 use std::time::{Duration, Instant};
 
@@ -63,7 +64,7 @@ pub struct Picked {
 }
 
 impl Picked {
-    /// The least exact setting's next: the most exact of those that cost less than two thirds.
+    /// The most exact of those that cost less than two thirds.
     pub fn cheaper(&self) -> Option<&Measured> {
         let most = self.chosen.seconds_per_second * 2.0 / 3.0;
         self.tried
@@ -72,9 +73,9 @@ impl Picked {
             .min_by(|a, b| a.error.total_cmp(&b.error))
     }
 
-    /// The cheapest of those whose error is less than a third.
+    /// The cheapest of those whose error is less than half.
     pub fn finer(&self) -> Option<&Measured> {
-        let most = self.chosen.error.max(self.resolution) / 3.0;
+        let most = self.chosen.error.max(self.resolution) / 2.0;
         self.tried
             .iter()
             .filter(|other| other.error < most)
@@ -82,14 +83,45 @@ impl Picked {
     }
 }
 
+/// Schemes that are ever the best at what they cost; see the tables of a study.
+const CANDIDATES: [IntegratorName; 8] = [
+    IntegratorName::SymplecticEuler,
+    IntegratorName::Verlet,
+    IntegratorName::Rk4,
+    IntegratorName::ImplicitEuler,
+    IntegratorName::ImplicitMidpoint,
+    IntegratorName::Bdf2,
+    IntegratorName::Xpbd,
+    IntegratorName::Projective,
+];
+
+/// The schemes to pick from, with a scene's dials; its iterations are its own scheme's.
+pub fn candidates(solver: &Solver) -> Vec<Integrator> {
+    let with = |name| {
+        let own = name == solver.integrator;
+        Integrator::of(&Solver {
+            integrator: name,
+            iterations: solver.iterations.filter(|_| own),
+            ..solver.clone()
+        })
+    };
+    CANDIDATES.map(with).to_vec()
+}
+
 /// Frames of a simulated second that a budget is for.
 const FRAMES: f64 = 60.0;
+
+/// Compared times in a simulated second: steps of 1/60 s meet them.
+const RATE: f64 = 20.0;
 
 /// Wall time for what runs are compared with (s), and for comparing.
 const ALLOWANCE: [f64; 2] = [12.0, 18.0];
 
 /// Wall time of a candidate's run for a budget (s): a dozen of them fit the allowance.
 const TASTE: f64 = 1.2;
+
+/// Errors below this (m) are no use to anybody.
+const FINEST: f64 = 1e-6;
 
 /// Share of the tolerance that the yardstick's own error may be.
 const BLUR: f64 = 1.0 / 3.0;
@@ -100,7 +132,7 @@ const SPENT: f64 = 0.9;
 /// Wall time that a whole run may take to see whether it keeps to its budget (s).
 const REHEARSAL: f64 = 20.0;
 
-/// Rehearsals at the most: the second with what the first taught.
+/// Rehearsals at the most, each with what the last taught.
 const REHEARSALS: u32 = 3;
 
 /// Picks one of `schemes` and its step for the subject's scene over its whole run, `duration`.
@@ -126,8 +158,8 @@ pub fn pick(
             yardstick::shorten(subject, reference, tolerance)?
         }
         Goal::Budget(budget) => {
-            let longest = TASTE / (FRAMES * budget);
-            yardstick::find(subject, whole.min(longest), 0.0, measuring, say)?
+            let longest = (TASTE / (FRAMES * budget)).max(yardstick::SHORTEST);
+            yardstick::find(subject, whole.min(longest), FINEST, measuring, say)?
         }
     };
     let deadline = Instant::now() + Duration::from_secs_f64(comparing);
@@ -158,8 +190,6 @@ fn worst(reference: &Reference) -> f64 {
 
 /// Sets the simulated time of a subject's runs and the times at which they are compared.
 fn span(subject: &mut Subject<'_>, duration: f64) {
-    /// Compared times in a simulated second: steps of 1/60 s meet them.
-    const RATE: f64 = 20.0;
     subject.duration = duration;
     #[expect(
         clippy::cast_possible_truncation,
@@ -184,7 +214,7 @@ fn rehearse(
     }
     let window = (subject.duration, subject.times);
     span(subject, whole);
-    for _ in 0..REHEARSALS {
+    for round in 1..=REHEARSALS {
         subject.patience = 2.0 * budget * whole;
         let trial = subject.run(chosen.setting, &mut |_| {})?;
         let cost = match trial.outcome {
@@ -203,7 +233,8 @@ fn rehearse(
         let longest = search::longest(subject, chosen.setting.integrator);
         let wanted = search::dial(chosen.setting) * cost / (SPENT * budget);
         let next = search::setting(subject, chosen.setting.integrator, wanted.min(longest));
-        if search::SATED.contains(&(cost / budget)) || next == chosen.setting {
+        let is_sated = search::SATED.contains(&(cost / budget));
+        if is_sated || next == chosen.setting || round == REHEARSALS {
             break;
         }
         chosen.error *= search::dial(next) / search::dial(chosen.setting);

@@ -22,6 +22,9 @@ const RUNS: u32 = 6;
 /// A step is turned by at most this at once: slopes change.
 const TURN: RangeInclusive<f64> = 1.0 / 16.0..=4.0;
 
+/// A run that is forecast to cost this many times as much as the best isn't begun.
+const HOPELESS: f64 = 1.5;
+
 /// Share of its stable step at which an explicit scheme runs; see
 /// [`AUTO_SHARE`](crate::simulation::AUTO_SHARE).
 const SHARE: f64 = crate::simulation::AUTO_SHARE;
@@ -133,14 +136,14 @@ impl<'s, 'a> Search<'s, 'a> {
                 seconds_per_second: self.reference.seconds_per_second,
             });
         }
-        for (scheme, _) in self.by_cost(schemes)? {
-            self.turn_to_tolerance(scheme, tolerance)?;
+        for (scheme, price) in self.by_cost(schemes)? {
+            self.turn_to_tolerance(scheme, tolerance, price)?;
         }
         self.cheapest(good).ok_or_else(|| {
             StudyError::Ask(format!(
                 "--tolerance {} mm: {}; choose another --integrator, or set --dt",
                 digits(1000.0 * tolerance),
-                self.nearest("has the least error")
+                self.least(|row| row.error)
             ))
         })
     }
@@ -162,7 +165,7 @@ impl<'s, 'a> Search<'s, 'a> {
             StudyError::Ask(format!(
                 "--budget {} ms: no setting is as fast; {}; use larger cells, or a larger budget",
                 digits(ms),
-                self.nearest("is the fastest")
+                self.least(|row| row.seconds_per_second)
             ))
         })
     }
@@ -174,21 +177,14 @@ impl<'s, 'a> Search<'s, 'a> {
         rows.min_by(|a, b| cost(a).total_cmp(&cost(b))).copied()
     }
 
-    /// In words, the row that comes nearest.
-    fn nearest(&self, what: &str) -> String {
-        let by = |row: &Measured| {
-            if what.contains("error") {
-                row.error
-            } else {
-                row.seconds_per_second
-            }
-        };
-        let best = self.measured.iter().min_by(|a, b| by(a).total_cmp(&by(b)));
+    /// In words, the row that has least of something.
+    fn least(&self, of: fn(&Measured) -> f64) -> String {
+        let best = self.measured.iter().min_by(|a, b| of(a).total_cmp(&of(b)));
         best.map_or_else(
             || "no run came to its end in time".to_owned(),
             |row| {
                 format!(
-                    "{} at {} {what}: {} mm at {} ms a frame",
+                    "the nearest is {} at {}, {} mm at {} ms a frame",
                     row.setting.series(),
                     row.setting.dial(),
                     digits(1000.0 * row.error),
@@ -212,9 +208,14 @@ impl<'s, 'a> Search<'s, 'a> {
         Ok(all)
     }
 
-    fn turn_to_tolerance(&mut self, scheme: Integrator, tolerance: f64) -> Result<(), StudyError> {
+    fn turn_to_tolerance(
+        &mut self,
+        scheme: Integrator,
+        tolerance: f64,
+        price: f64,
+    ) -> Result<(), StudyError> {
         let longest = longest(self.subject, scheme);
-        let mut dial = start(self.subject, scheme);
+        let mut dial = self.competitive(scheme, price, tolerance);
         let (mut order, mut last) = (usual_order(scheme), None);
         for _ in 0..RUNS {
             let setting = setting(self.subject, scheme, dial);
@@ -243,8 +244,23 @@ impl<'s, 'a> Search<'s, 'a> {
             last = Some((at, error));
             let turn = (AIM / share).powf(1.0 / order);
             dial = (at * turn.clamp(*TURN.start(), *TURN.end())).min(longest);
+            let price = row.seconds_per_second * (at / dial).powf(usual_price(scheme));
+            if best.is_some_and(|best| price > HOPELESS * best.seconds_per_second) {
+                break;
+            }
         }
         Ok(())
+    }
+
+    /// Where a scheme's search begins: at a step that costs less than the best setting so far.
+    fn competitive(&self, scheme: Integrator, price: f64, tolerance: f64) -> f64 {
+        let start = start(self.subject, scheme);
+        let Some(best) = self.cheapest(*GOOD.end() * tolerance) else {
+            return start;
+        };
+        let lengthen = price / (SPENT * best.seconds_per_second);
+        let dial = start * lengthen.powf(1.0 / usual_price(scheme)).max(1.0);
+        dial.min(longest(self.subject, scheme))
     }
 
     fn turn_to_budget(

@@ -1,6 +1,6 @@
 //! What the calibration compares runs with: found in seconds, over as much of the run as it can tell.
 
-use super::{span, worst};
+use super::{RATE, span, worst};
 use crate::integrator::{Integrator, Linear, Nonlinear};
 use crate::study::error::StudyError;
 use crate::study::reference::{Pair, Reference, cost, refine};
@@ -19,12 +19,12 @@ const SHARE: f64 = 0.9;
 /// The longest step of an explicit yardstick, and that an implicit one starts at (s).
 const STEPS: [f64; 2] = [1.0 / 480.0, 1.0 / 240.0];
 
-/// Cost of the first two rounds, of one run in first steps of the first scheme: that run, two rounds of
-/// the pair in halves and quarters.
-const ROUNDS: f64 = 10.0;
+/// Cost of the first round, of one run of the first scheme in first steps: that run, and both schemes in
+/// halves.
+const ROUND: f64 = 5.0;
 
 /// A window shorter than this (s) says nothing of a run: cloth falls by 0.3 m in it.
-const SHORTEST: f64 = 0.25;
+pub(super) const SHORTEST: f64 = 0.25;
 
 /// A window that is long enough to be content with explicit schemes (s).
 const CONTENT: f64 = 0.5;
@@ -55,7 +55,7 @@ pub(super) fn find(
     ];
     let affordable = |pair: Pair| {
         let per_second = cost(subject, pair.first)? / longest;
-        Ok::<f64, StudyError>((allowance / (ROUNDS * per_second)).min(longest))
+        Ok::<f64, StudyError>((allowance / (ROUND * per_second)).min(longest))
     };
     let mut chosen = (pairs[0], affordable(pairs[0])?);
     if chosen.1 < CONTENT.min(longest) {
@@ -64,15 +64,23 @@ pub(super) fn find(
             chosen = (pairs[1], window);
         }
     }
-    let (pair, window) = chosen;
-    span(subject, window.max(SHORTEST).min(longest));
-    subject.patience = allowance;
-    let met = Pair {
-        first: met(subject, pair.first),
-        second: met(subject, pair.second),
-    };
-    // The largest of many errors is some twice their mean.
-    refine(subject, met, 0.5 * goal, allowance, say)
+    let (pair, mut window) = chosen;
+    subject.patience = 0.5 * allowance;
+    loop {
+        // Whole intervals between compared times, which steps of a frame meet.
+        window = (window * RATE).floor() / RATE;
+        span(subject, window.max(SHORTEST).min(longest));
+        let met = Pair {
+            first: met(subject, pair.first),
+            second: met(subject, pair.second),
+        };
+        // The largest of many errors is some twice their mean.
+        match refine(subject, met, 0.5 * goal, allowance, say) {
+            // Its first steps promised a faster run, or it comes to harm later on.
+            Err(StudyError::NoReference { .. }) if window > SHORTEST => window *= 0.5,
+            found => return found,
+        }
+    }
 }
 
 fn pair(subject: &Subject<'_>, [first, second]: [(Integrator, f64); 2]) -> Pair {
