@@ -28,6 +28,9 @@ const AFFORDABLE: f64 = 0.15;
 /// Steps that say what a run costs.
 const PROBE: u32 = 20;
 
+/// Wall time (s) after which fewer steps must do.
+const PROBE_TIME: f64 = 0.5;
+
 /// What runs are compared with.
 #[derive(Clone, Debug)]
 pub struct Reference {
@@ -190,12 +193,14 @@ fn pair(subject: &Subject<'_>, budget: f64) -> Result<Pair, StudyError> {
 pub(super) fn cost(subject: &Subject<'_>, setting: Setting) -> Result<f64, StudyError> {
     let mut simulation = subject.simulation(setting)?;
     let start = Instant::now();
-    for _ in 0..PROBE {
+    let mut steps = 0;
+    while steps < PROBE && start.elapsed().as_secs_f64() < PROBE_TIME {
         if simulation.step().is_err() {
             break;
         }
+        steps += 1;
     }
-    let step = start.elapsed().as_secs_f64() / f64::from(PROBE);
+    let step = start.elapsed().as_secs_f64() / f64::from(steps.max(1));
     Ok(step * subject.duration / setting.dt)
 }
 

@@ -69,8 +69,12 @@ impl Picked {
         let most = self.chosen.seconds_per_second * 2.0 / 3.0;
         self.tried
             .iter()
-            .filter(|other| other.seconds_per_second < most)
+            .filter(|other| other.seconds_per_second < most && !self.is_chosen(other))
             .min_by(|a, b| a.error.total_cmp(&b.error))
+    }
+
+    fn is_chosen(&self, other: &Measured) -> bool {
+        other.setting == self.chosen.setting
     }
 
     /// The cheapest of those whose error is less than half.
@@ -78,7 +82,7 @@ impl Picked {
         let most = self.chosen.error.max(self.resolution) / 2.0;
         self.tried
             .iter()
-            .filter(|other| other.error < most)
+            .filter(|other| other.error < most && !self.is_chosen(other))
             .min_by(|a, b| a.seconds_per_second.total_cmp(&b.seconds_per_second))
     }
 }

@@ -8,10 +8,14 @@ use crate::study::{Distance, Outcome, Reference, Setting, Subject, digits};
 use std::ops::RangeInclusive;
 use std::time::Instant;
 
-/// Share of a tolerance that is aimed at, and the share that is good enough: the yardstick's own error
-/// comes on top.
-const AIM: f64 = 0.65;
-const GOOD: RangeInclusive<f64> = 0.4..=0.9;
+/// Share of a tolerance that an error may be at the most, beside the yardstick's own.
+const MOST: f64 = 0.9;
+
+/// Share of a tolerance below which a longer step is tried.
+const LEAST: f64 = 0.4;
+
+/// Share of the most that is aimed at.
+const AIM: f64 = 0.72;
 
 /// Share of a budget at which it counts as spent.
 pub(super) const SATED: RangeInclusive<f64> = 0.8..=0.97;
@@ -40,13 +44,16 @@ pub(super) struct Search<'s, 'a> {
     say: &'s mut dyn FnMut(String),
     /// What was run to its end.
     pub(super) measured: Vec<Measured>,
+    /// What was begun.
+    begun: Vec<Setting>,
 }
 
 /// How a run went.
 enum Ran {
     Through(Measured),
     Diverged,
-    TooSlow,
+    /// And what a simulated second took until it was given up (s).
+    TooSlow(f64),
 }
 
 /// What is turned: the step, or dopri5's tolerance.
@@ -119,6 +126,7 @@ impl<'s, 'a> Search<'s, 'a> {
             deadline,
             say,
             measured: Vec::new(),
+            begun: Vec::new(),
         }
     }
 
@@ -128,7 +136,6 @@ impl<'s, 'a> Search<'s, 'a> {
         schemes: &[Integrator],
         tolerance: f64,
     ) -> Result<Measured, StudyError> {
-        let good = *GOOD.end() * tolerance;
         if schemes.contains(&self.reference.setting.integrator) {
             self.measured.push(Measured {
                 setting: self.reference.setting,
@@ -139,7 +146,7 @@ impl<'s, 'a> Search<'s, 'a> {
         for (scheme, price) in self.by_cost(schemes)? {
             self.turn_to_tolerance(scheme, tolerance, price)?;
         }
-        self.cheapest(good).ok_or_else(|| {
+        self.cheapest(self.most(tolerance)).ok_or_else(|| {
             StudyError::Ask(format!(
                 "--tolerance {} mm: {}; choose another --integrator, or set --dt",
                 digits(1000.0 * tolerance),
@@ -168,6 +175,11 @@ impl<'s, 'a> Search<'s, 'a> {
                 self.least(|row| row.seconds_per_second)
             ))
         })
+    }
+
+    /// The largest error against the reference (m RMS) that is surely within a tolerance.
+    fn most(&self, tolerance: f64) -> f64 {
+        (MOST * tolerance).min(tolerance - super::worst(self.reference))
     }
 
     /// The cheapest row of at most an error (m RMS).
@@ -219,30 +231,29 @@ impl<'s, 'a> Search<'s, 'a> {
         let (mut order, mut last) = (usual_order(scheme), None);
         for _ in 0..RUNS {
             let setting = setting(self.subject, scheme, dial);
-            if self.is_known(setting) || Instant::now() > self.deadline {
+            if self.begun.contains(&setting) || Instant::now() > self.deadline {
                 break;
             }
-            let best = self.cheapest(*GOOD.end() * tolerance);
+            let best = self.cheapest(self.most(tolerance));
             let row = match self.run(setting, best.map(|row| row.seconds_per_second))? {
                 Ran::Through(row) => row,
                 Ran::Diverged => {
                     dial *= 0.5;
                     continue;
                 }
-                Ran::TooSlow => break,
+                Ran::TooSlow(_) => break,
             };
             let at = self::dial(setting);
             let error = row.error.max(f64::MIN_POSITIVE);
-            let share = error / tolerance;
-            let is_longest = at > 0.8 * longest;
-            if GOOD.contains(&share) || (share < *GOOD.start() && is_longest) {
+            let may_grow = error < LEAST * tolerance && at < 0.8 * longest;
+            if error <= self.most(tolerance) && !may_grow {
                 break;
             }
             if let Some((other, its)) = last {
                 order = slope((at, error), (other, its)).clamp(0.5, 4.0);
             }
             last = Some((at, error));
-            let turn = (AIM / share).powf(1.0 / order);
+            let turn = (AIM * self.most(tolerance) / error).powf(1.0 / order);
             dial = (at * turn.clamp(*TURN.start(), *TURN.end())).min(longest);
             let price = row.seconds_per_second * (at / dial).powf(usual_price(scheme));
             if best.is_some_and(|best| price > HOPELESS * best.seconds_per_second) {
@@ -255,7 +266,7 @@ impl<'s, 'a> Search<'s, 'a> {
     /// Where a scheme's search begins: at a step that costs less than the best setting so far.
     fn competitive(&self, scheme: Integrator, price: f64, tolerance: f64) -> f64 {
         let start = start(self.subject, scheme);
-        let Some(best) = self.cheapest(*GOOD.end() * tolerance) else {
+        let Some(best) = self.cheapest(self.most(tolerance)) else {
             return start;
         };
         let lengthen = price / (SPENT * best.seconds_per_second);
@@ -276,12 +287,12 @@ impl<'s, 'a> Search<'s, 'a> {
         for _ in 0..RUNS {
             dial = (dial * (cost / (SPENT * budget)).powf(1.0 / order)).min(longest);
             let setting = setting(self.subject, scheme, dial);
-            if self.is_known(setting) || Instant::now() > self.deadline {
+            if self.begun.contains(&setting) || Instant::now() > self.deadline {
                 break;
             }
             match self.run(setting, Some(1.5 * budget))? {
                 Ran::Through(row) => cost = row.seconds_per_second,
-                Ran::TooSlow => cost = 1.5 * budget,
+                Ran::TooSlow(so_far) => cost = so_far,
                 Ran::Diverged => break,
             }
             dial = self::dial(setting);
@@ -296,20 +307,17 @@ impl<'s, 'a> Search<'s, 'a> {
         Ok(())
     }
 
-    fn is_known(&self, setting: Setting) -> bool {
-        self.measured.iter().any(|row| row.setting == setting)
-    }
-
     /// Runs a setting, for at most `limit` of wall time per simulated second.
     fn run(&mut self, setting: Setting, limit: Option<f64>) -> Result<Ran, StudyError> {
         let left = self.deadline.saturating_duration_since(Instant::now());
         let limit = limit.map_or(f64::INFINITY, |limit| limit * self.subject.duration);
         self.subject.patience = limit.min(left.as_secs_f64());
+        self.begun.push(setting);
         let trial = self.subject.run(setting, &mut |_| {})?;
         let ran = match trial.outcome {
             Outcome::Stopped => return Err(StudyError::Stopped),
             Outcome::Diverged(_) => Ran::Diverged,
-            Outcome::TooSlow => Ran::TooSlow,
+            Outcome::TooSlow => Ran::TooSlow(trial.seconds_per_second),
             Outcome::Completed => {
                 let row = Measured {
                     setting,
@@ -327,7 +335,7 @@ impl<'s, 'a> Search<'s, 'a> {
                 digits(row.ms_per_frame())
             ),
             Ran::Diverged => "diverged".to_owned(),
-            Ran::TooSlow => "too slow".to_owned(),
+            Ran::TooSlow(_) => "too slow".to_owned(),
         };
         (self.say)(format!(
             "{} at {}: {result}",

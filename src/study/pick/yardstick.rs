@@ -4,7 +4,7 @@ use super::{RATE, span, worst};
 use crate::integrator::{Integrator, Linear, Nonlinear};
 use crate::study::error::StudyError;
 use crate::study::reference::{Pair, Reference, cost, refine};
-use crate::study::{Setting, Subject, digits};
+use crate::study::{PATIENCE, Setting, Subject, digits};
 
 /// Solves of an implicit yardstick: exact to micrometres.
 const SOLVED: Nonlinear = Nonlinear {
@@ -65,11 +65,17 @@ pub(super) fn find(
         }
     }
     let (pair, mut window) = chosen;
-    subject.patience = 0.5 * allowance;
     loop {
         // Whole intervals between compared times, which steps of a frame meet.
         window = (window * RATE).floor() / RATE;
+        let is_shortest = window <= SHORTEST;
         span(subject, window.max(SHORTEST).min(longest));
+        // Dear scenes take what they take.
+        subject.patience = if is_shortest {
+            PATIENCE
+        } else {
+            0.5 * allowance
+        };
         let met = Pair {
             first: met(subject, pair.first),
             second: met(subject, pair.second),
@@ -77,7 +83,7 @@ pub(super) fn find(
         // The largest of many errors is some twice their mean.
         match refine(subject, met, 0.5 * goal, allowance, say) {
             // Its first steps promised a faster run, or it comes to harm later on.
-            Err(StudyError::NoReference { .. }) if window > SHORTEST => window *= 0.5,
+            Err(StudyError::NoReference { .. }) if !is_shortest => window *= 0.5,
             found => return found,
         }
     }
