@@ -106,7 +106,7 @@ fn toml_number(x: f64) -> String {
 pub(super) struct RunArgs {
     #[command(flatten)]
     pub(super) scene: SceneArgs,
-    /// Pick scheme and step by a calibration of up to half a minute: the cheapest whose RMS error stays
+    /// Pick scheme and step by a calibration of about half a minute: the cheapest whose RMS error stays
     /// below this, such as 1mm; with --integrator, the step only.
     #[arg(long, value_name = "LENGTH", value_parser = super::quantity::length, allow_hyphen_values = true, conflicts_with_all = ["budget", "dt"])]
     pub(super) tolerance: Option<f64>,

@@ -9,6 +9,7 @@
 //! An error here is the RMS distance over particles to the run that shorter steps converge to, on the
 //! same mesh, at the time where it is largest.
 
+mod dial;
 mod search;
 mod yardstick;
 
@@ -234,14 +235,14 @@ fn rehearse(
             digits(1000.0 * cost / FRAMES)
         ));
         chosen.seconds_per_second = cost;
-        let longest = search::longest(subject, chosen.setting.integrator);
-        let wanted = search::dial(chosen.setting) * cost / (SPENT * budget);
-        let next = search::setting(subject, chosen.setting.integrator, wanted.min(longest));
+        let longest = dial::longest(subject, chosen.setting.integrator);
+        let wanted = dial::dial_of(chosen.setting) * cost / (SPENT * budget);
+        let next = dial::setting(subject, chosen.setting.integrator, wanted.min(longest));
         let is_sated = search::SATED.contains(&(cost / budget));
         if is_sated || next == chosen.setting || round == REHEARSALS {
             break;
         }
-        chosen.error *= search::dial(next) / search::dial(chosen.setting);
+        chosen.error *= dial::dial_of(next) / dial::dial_of(chosen.setting);
         chosen.setting = next;
     }
     (subject.duration, subject.times) = window;

@@ -1,5 +1,6 @@
 //! Turns each scheme's step until its error, or its cost, is where it should be.
 
+use super::dial::{dial_of, longest, setting, start, usual_order, usual_price};
 use super::{Measured, SPENT};
 use crate::integrator::Integrator;
 use crate::study::error::StudyError;
@@ -29,13 +30,6 @@ const TURN: RangeInclusive<f64> = 1.0 / 16.0..=4.0;
 /// A run that is forecast to cost this many times as much as the best isn't begun.
 const HOPELESS: f64 = 1.5;
 
-/// Share of its stable step at which an explicit scheme runs; see
-/// [`AUTO_SHARE`](crate::simulation::AUTO_SHARE).
-const SHARE: f64 = crate::simulation::AUTO_SHARE;
-
-/// The longest step (s): a frame.
-const FRAME: f64 = 1.0 / 60.0;
-
 /// The schemes' steps against the reference.
 pub(super) struct Search<'s, 'a> {
     subject: &'s mut Subject<'a>,
@@ -54,63 +48,6 @@ enum Ran {
     Diverged,
     /// And what a simulated second took until it was given up (s).
     TooSlow(f64),
-}
-
-/// What is turned: the step, or dopri5's tolerance.
-pub(super) fn dial(setting: Setting) -> f64 {
-    setting.tolerance().unwrap_or(setting.dt)
-}
-
-/// A scheme with its dial at a value.
-pub(super) fn setting(subject: &Subject<'_>, scheme: Integrator, dial: f64) -> Setting {
-    match scheme {
-        Integrator::Dopri5 { .. } => Setting {
-            integrator: Integrator::Dopri5 { tolerance: dial },
-            dt: subject.fitting(0.25 * FRAME),
-        },
-        _ => Setting {
-            integrator: scheme,
-            dt: subject.fitting(dial),
-        },
-    }
-}
-
-/// The largest sensible value of a scheme's dial; 0 where there is none.
-pub(super) fn longest(subject: &Subject<'_>, scheme: Integrator) -> f64 {
-    match scheme {
-        Integrator::Dopri5 { .. } => 0.01,
-        _ => (SHARE * subject.forecast.stable_dt(scheme)).min(FRAME),
-    }
-}
-
-/// Where the search of a scheme begins.
-fn start(subject: &Subject<'_>, scheme: Integrator) -> f64 {
-    match scheme {
-        Integrator::Dopri5 { .. } => 1e-4,
-        _ => longest(subject, scheme).min(scheme.usual_step()),
-    }
-}
-
-/// The order in which errors fall with the dial, until two are known.
-fn usual_order(scheme: Integrator) -> f64 {
-    match scheme {
-        Integrator::Verlet
-        | Integrator::Rk4
-        | Integrator::ImplicitMidpoint(_)
-        | Integrator::Bdf2(_) => 2.0,
-        _ => 1.0,
-    }
-}
-
-/// The order in which costs rise with a shorter step, until two are known: long steps take more
-/// iterations each.
-fn usual_price(scheme: Integrator) -> f64 {
-    match scheme {
-        Integrator::Dopri5 { .. } => 0.2,
-        Integrator::Xpbd { .. } => 1.0,
-        _ if scheme.is_explicit() => 1.0,
-        _ => 0.7,
-    }
 }
 
 impl<'s, 'a> Search<'s, 'a> {
@@ -243,7 +180,7 @@ impl<'s, 'a> Search<'s, 'a> {
                 }
                 Ran::TooSlow(_) => break,
             };
-            let at = self::dial(setting);
+            let at = dial_of(setting);
             let error = row.error.max(f64::MIN_POSITIVE);
             let may_grow = error < LEAST * tolerance && at < 0.8 * longest;
             if error <= self.most(tolerance) && !may_grow {
@@ -295,7 +232,7 @@ impl<'s, 'a> Search<'s, 'a> {
                 Ran::TooSlow(so_far) => cost = so_far,
                 Ran::Diverged => break,
             }
-            dial = self::dial(setting);
+            dial = dial_of(setting);
             if SATED.contains(&(cost / budget)) || (cost <= budget && dial > 0.99 * longest) {
                 break;
             }
