@@ -109,6 +109,13 @@ fn toml_number(x: f64) -> String {
 pub(super) struct RunArgs {
     #[command(flatten)]
     pub(super) scene: SceneArgs,
+    /// Pick scheme and step by a calibration of about half a minute: the cheapest whose RMS error stays
+    /// below this, such as 1mm; with --integrator, the step only.
+    #[arg(long, value_name = "LENGTH", value_parser = super::quantity::length, allow_hyphen_values = true, conflicts_with_all = ["budget", "dt"])]
+    pub(super) tolerance: Option<f64>,
+    /// The same: the most exact that takes at most this, such as 16ms, of wall time for a simulated 1/60 s.
+    #[arg(long, value_name = "TIME", value_parser = super::quantity::time, allow_hyphen_values = true, conflicts_with = "dt")]
+    pub(super) budget: Option<f64>,
     /// Recording to write; SCENE.rrd by default.
     #[arg(long, value_name = "FILE.rrd")]
     pub(super) save: Option<PathBuf>,

@@ -19,7 +19,7 @@ pub(super) fn run(args: &SceneArgs) -> Result<(), Failure> {
         mut simulation,
         foresight,
         notes,
-    } = prepare(args)?;
+    } = prepare(args, &[])?;
     let threads = threads(args.threads)?;
     notes.iter().for_each(|note| println!("{note}"));
     println!(

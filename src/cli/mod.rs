@@ -2,6 +2,7 @@
 
 mod args;
 mod check;
+mod choose;
 #[cfg(feature = "rerun")]
 mod export;
 mod folder;
@@ -9,6 +10,7 @@ mod foresight;
 mod lab;
 mod mannequin;
 mod progress;
+mod quantity;
 mod report;
 mod run;
 mod scenes;

@@ -3,13 +3,14 @@
 use super::args::{RunArgs, SceneArgs};
 use super::foresight::Foresight;
 use super::progress::Display;
-use super::{Failure, report};
+use super::{Failure, choose, report};
 use crate::frame::{Capture, Header};
 use crate::integrator::Integrator;
 use crate::pipeline::{self, Finished, Plan};
 use crate::recorder::{DiscardRecorder, Recorder};
 use crate::scene::{self, LoadedScene};
 use crate::simulation::{Simulation, forecast, step_length};
+use crate::study::Picked;
 use anyhow::{Context as _, anyhow};
 use std::fs::File;
 use std::path::{Path, PathBuf};
@@ -17,14 +18,20 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 pub(super) fn run(args: &RunArgs) -> Result<(), Failure> {
+    let threads = threads(args.scene.threads)?;
+    let stop = stop_on_interrupt()?;
+    let picked = picked(args, threads, &stop)?;
+    let setting = picked.as_ref().map(|picked| &picked.chosen.setting);
     let Prepared {
         loaded,
         simulation,
         foresight,
         mut notes,
-    } = prepare(&args.scene)?;
-    let threads = threads(args.scene.threads)?;
+    } = prepare(&args.scene, &setting.map_or_else(Vec::new, choose::changes))?;
     check_outputs(args, &loaded)?;
+    if let Some(picked) = &picked {
+        notes.extend(choose::notes(picked, loaded.scene.duration));
+    }
     notes.extend(too_many_frames(&loaded, simulation.dt()));
     notes.extend(foresight.head(&simulation));
     let (capture, header) = Capture::new(&loaded, &simulation);
@@ -32,7 +39,6 @@ pub(super) fn run(args: &RunArgs) -> Result<(), Failure> {
     if !args.quiet {
         notes.iter().for_each(|note| eprintln!("{note}"));
     }
-    let stop = stop_on_interrupt()?;
     let record = &loaded.scene.record;
     let plan = Plan {
         duration: loaded.scene.duration,
@@ -53,7 +59,17 @@ pub(super) fn run(args: &RunArgs) -> Result<(), Failure> {
     );
     display.finish();
     let finished = finished.map_err(Failure::run)?;
-    conclude(args, &loaded, threads, &finished)
+    conclude(args, &loaded, threads, picked.as_ref(), &finished)
+}
+
+/// The setting that a tolerance or a budget asks for, by a calibration.
+fn picked(args: &RunArgs, threads: usize, stop: &AtomicBool) -> Result<Option<Picked>, Failure> {
+    let Some(goal) = choose::goal(args) else {
+        return Ok(None);
+    };
+    let loaded = scene::load(&args.scene.scene, &args.scene.changes()).map_err(Failure::input)?;
+    check_outputs(args, &loaded)?;
+    choose::choose(args, goal, &loaded, threads, stop).map(Some)
 }
 
 /// A scene that is ready to run.
@@ -65,9 +81,10 @@ pub(super) struct Prepared {
     pub(super) notes: Vec<String>,
 }
 
-/// Reads a scene, forecasts how it can be run, and makes a simulation of it.
-pub(super) fn prepare(args: &SceneArgs) -> Result<Prepared, Failure> {
-    let loaded = scene::load(&args.scene, &args.changes()).map_err(Failure::input)?;
+/// Reads a scene with its changes and `more`, forecasts how it can be run, and makes a simulation of it.
+pub(super) fn prepare(args: &SceneArgs, more: &[String]) -> Result<Prepared, Failure> {
+    let changes = [args.changes(), more.to_vec()].concat();
+    let loaded = scene::load(&args.scene, &changes).map_err(Failure::input)?;
     let built = scene::build(&loaded).map_err(Failure::input)?;
     let solver = &loaded.scene.solver;
     let integrator = Integrator::of(solver);
@@ -206,9 +223,13 @@ fn conclude(
     args: &RunArgs,
     loaded: &LoadedScene,
     threads: usize,
+    picked: Option<&Picked>,
     finished: &Finished,
 ) -> Result<(), Failure> {
-    let report = report::report(&loaded.scene.name, threads, finished);
+    let mut report = report::report(&loaded.scene.name, threads, finished);
+    if let (Some(picked), Some(fields)) = (picked, report.as_object_mut()) {
+        fields.insert("chosen".to_owned(), choose::report(picked));
+    }
     if let Some(path) = &args.report {
         let file = File::create(path).map_err(Failure::run)?;
         serde_json::to_writer_pretty(file, &report).map_err(Failure::run)?;
@@ -216,6 +237,10 @@ fn conclude(
     if !args.quiet {
         let scheme = finished.simulation.integrator();
         println!("{}", report::summary(&report, scheme));
+        if let Some(picked) = picked {
+            let ms = report["ms_per_frame"].as_f64().unwrap_or(f64::NAN);
+            println!("{}", choose::outcome(picked, ms));
+        }
         if finished.recorded.dropped_live_frames > 0 {
             println!(
                 "{} live frames dropped; the file has them all",

@@ -35,6 +35,9 @@ const WORTH: f64 = 1e-3;
 /// Errors that shrink to less than this share when steps are halved go to zero.
 const SHRINKS: f64 = 0.75;
 
+/// Wall time (s) after which fewer steps must do.
+const PROBE_TIME: f64 = 0.5;
+
 /// What runs are compared with.
 #[derive(Clone, Debug)]
 pub struct Reference {
@@ -49,6 +52,10 @@ pub struct Reference {
     /// Its own error, as far as known: the distance to the second, or to itself at twice the step where
     /// that is more.
     pub error: Distance,
+    /// The same at each of the compared times (m RMS).
+    pub errors: Vec<f64>,
+    /// Wall time per simulated second.
+    pub seconds_per_second: f64,
     /// Whether its error came down to what was asked for.
     pub converged: bool,
     /// Where it was cut short, if it was.
@@ -73,9 +80,9 @@ impl Reference {
 
 /// Two schemes that are refined together.
 #[derive(Clone, Copy, Debug)]
-struct Pair {
-    first: Setting,
-    second: Setting,
+pub(super) struct Pair {
+    pub(super) first: Setting,
+    pub(super) second: Setting,
 }
 
 impl Pair {
@@ -113,8 +120,34 @@ pub fn reference(
     budget: f64,
     say: &mut dyn FnMut(String),
 ) -> Result<Reference, StudyError> {
+    let pair = pair(subject, budget)?;
+    let aim = Aim {
+        goal,
+        budget,
+        cuts: true,
+    };
+    refine(subject, pair, aim, say)
+}
+
+/// What a refinement is after.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Aim {
+    /// The error (m RMS) at which it ends.
+    pub(super) goal: f64,
+    /// The wall time (s) that it may take.
+    pub(super) budget: f64,
+    /// Whether times at which there is nothing to compare with are left out.
+    pub(super) cuts: bool,
+}
+
+/// The same of given schemes, from the steps on that they have.
+pub(super) fn refine(
+    subject: &mut Subject<'_>,
+    mut pair: Pair,
+    Aim { goal, budget, cuts }: Aim,
+    say: &mut dyn FnMut(String),
+) -> Result<Reference, StudyError> {
     let start = Instant::now();
-    let mut pair = pair(subject, budget)?;
     let mut coarse = whole(subject, pair.first, None)?;
     let mut before: Option<Vec<Distance>> = None;
     let mut cut = None;
@@ -138,6 +171,7 @@ pub fn reference(
         let next = 2.0 * round.elapsed().as_secs_f64();
         let last = converged || start.elapsed().as_secs_f64() + next > budget;
         let kept = match &before {
+            _ if !cuts => errors.len(),
             None if !last => errors.len(), // nobody knows yet what shrinks
             before => worthwhile(&errors, before.as_deref().filter(|_| !last), subject.size()),
         };
@@ -157,6 +191,8 @@ pub fn reference(
             return Ok(Reference {
                 setting: pair.first,
                 second: pair.second,
+                errors: errors[..kept].iter().map(|error| error.rms).collect(),
+                seconds_per_second: first.seconds_per_second,
                 states: first.states[..kept].to_vec(),
                 track,
                 error,
@@ -202,6 +238,14 @@ fn nothing_to_compare(subject: &Subject<'_>, setting: Setting, error: f64) -> St
     }
 }
 
+/// How far a run is from the farther one of two others, at each time (m RMS).
+fn apart_at(run: &Trial, others: [&Trial; 2]) -> Vec<f64> {
+    let at = |k: usize| others.map(|other| Distance::between(&run.states[k], &other.states[k]).rms);
+    (0..run.states.len())
+        .map(|k| at(k).into_iter().fold(0.0, f64::max))
+        .collect()
+}
+
 /// The schemes of the reference: of fourth and second order where steps as short as explicit schemes
 /// need are affordable, else implicit ones of second order.
 fn pair(subject: &Subject<'_>, budget: f64) -> Result<Pair, StudyError> {
@@ -227,15 +271,17 @@ fn pair(subject: &Subject<'_>, budget: f64) -> Result<Pair, StudyError> {
 }
 
 /// What a run will take (s), by its first steps.
-fn cost(subject: &Subject<'_>, setting: Setting) -> Result<f64, StudyError> {
+pub(super) fn cost(subject: &Subject<'_>, setting: Setting) -> Result<f64, StudyError> {
     let mut simulation = subject.simulation(setting)?;
     let start = Instant::now();
-    for _ in 0..PROBE {
+    let mut steps = 0;
+    while steps < PROBE && start.elapsed().as_secs_f64() < PROBE_TIME {
         if simulation.step().is_err() {
             break;
         }
+        steps += 1;
     }
-    let step = start.elapsed().as_secs_f64() / f64::from(PROBE);
+    let step = start.elapsed().as_secs_f64() / f64::from(steps.max(1));
     Ok(step * subject.duration / setting.dt)
 }
 
@@ -262,7 +308,7 @@ pub(super) fn whole(
             "study a scene that runs: give it damping, a softer material or a shorter --duration",
         )),
         Outcome::TooSlow => Err(failed(
-            format!("took more than {} s", super::PATIENCE),
+            format!("took more than {} s", digits(subject.patience)),
             "study less of it: a shorter --duration, or larger cells",
         )),
         Outcome::Stopped => Err(StudyError::Stopped),

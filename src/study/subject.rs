@@ -30,6 +30,8 @@ pub struct Subject<'a> {
     pub times: u32,
     /// Threads of a run.
     pub threads: usize,
+    /// A run that takes longer than this (s) is given up; [`PATIENCE`] at first.
+    pub patience: f64,
     /// What can be said before any run.
     pub forecast: Forecast,
     /// Diagonal of the box around the cloths at the start (m).
@@ -62,7 +64,7 @@ pub enum Outcome {
     Completed,
     /// It lost its sense, and says why.
     Diverged(String),
-    /// It took longer than [`PATIENCE`].
+    /// It took longer than [`Subject::patience`].
     TooSlow,
     /// Stopped by the user.
     Stopped,
@@ -103,6 +105,7 @@ impl<'a> Subject<'a> {
             duration,
             times,
             threads,
+            patience: PATIENCE,
             stop,
         })
     }
@@ -230,7 +233,7 @@ impl<'a> Subject<'a> {
                 if self.is_stopped() {
                     return Outcome::Stopped;
                 }
-                if spent.as_secs_f64() > PATIENCE {
+                if spent.as_secs_f64() > self.patience {
                     return Outcome::TooSlow;
                 }
                 let start = Instant::now();
