@@ -37,6 +37,9 @@ impl Force for Gravity {
     }
 
     fn energy_of(&self, elements: Range<usize>, positions: &[DVec3]) -> f64 {
+        if self.masses.is_empty() {
+            return 0.0; // nothing weighs
+        }
         // Four sums side by side: one after the other, each addition waits for the last.
         let mut moments = [DVec3::ZERO; 4];
         let each = self.masses[elements.clone()].chunks(4);

@@ -11,6 +11,7 @@ use crate::linear::Solve;
 use crate::model::Model;
 use crate::state::State;
 use glam::DVec3;
+use std::any::Any;
 
 /// The scheme's pass and work arrays; one entry a particle.
 #[derive(Debug)]
@@ -93,6 +94,18 @@ impl Scheme for Verlet {
             *v = *middle + (forces[i] + damping[i]) * half(i);
         });
         Solve::NONE
+    }
+
+    fn follow(&mut self, other: &dyn Scheme) {
+        let Some(other) = (other as &dyn Any).downcast_ref::<Self>() else {
+            return;
+        };
+        if self.released == other.released {
+            self.forces.copy_from_slice(&other.forces);
+            self.at.copy_from_slice(&other.at);
+        } else {
+            self.released = None;
+        }
     }
 }
 

@@ -238,14 +238,6 @@ fn nothing_to_compare(subject: &Subject<'_>, setting: Setting, error: f64) -> St
     }
 }
 
-/// How far a run is from the farther one of two others, at each time (m RMS).
-fn apart_at(run: &Trial, others: [&Trial; 2]) -> Vec<f64> {
-    let at = |k: usize| others.map(|other| Distance::between(&run.states[k], &other.states[k]).rms);
-    (0..run.states.len())
-        .map(|k| at(k).into_iter().fold(0.0, f64::max))
-        .collect()
-}
-
 /// The schemes of the reference: of fourth and second order where steps as short as explicit schemes
 /// need are affordable, else implicit ones of second order.
 fn pair(subject: &Subject<'_>, budget: f64) -> Result<Pair, StudyError> {
