@@ -25,6 +25,12 @@ impl Gravity {
             masses,
         }
     }
+
+    /// The weight of a particle (N).
+    pub fn weight(&self, particle: usize) -> DVec3 {
+        let mass = self.masses.get(particle).copied().unwrap_or(0.0);
+        self.acceleration * mass
+    }
 }
 
 impl Force for Gravity {

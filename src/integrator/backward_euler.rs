@@ -284,7 +284,7 @@ impl BackwardEuler {
         let each = start.zip(&self.at.velocities).zip(&self.missing);
         let powers = each.enumerate().map(|(i, ((start, v), missing))| {
             let force = (*missing - (*start - *v) * model.masses[i]) / stage.gamma;
-            v.dot(force - model.gravity.acceleration * model.gravity.masses[i])
+            v.dot(force - model.gravity.weight(i))
         });
         powers.sum()
     }

@@ -26,18 +26,18 @@ pub struct Mark {
     pub error: f64,
     /// Seconds a simulated second.
     pub seconds: f64,
-    /// How it is drawn.
+    /// What is known of it.
     pub kind: MarkKind,
+    /// Whether no other is better: then its dot is filled.
+    pub front: bool,
 }
 
 /// What is known of a setting.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MarkKind {
-    /// No other is better: a filled dot.
-    Front,
-    /// Another is faster and no less exact: an open dot.
-    Dominated,
-    /// Its error is at most what is said: an arrow to the left.
+    /// Its error: a dot.
+    Known,
+    /// Its error is at most what is said: an arrow to the left of the dot.
     AtMost,
     /// It didn't come to its end: a cross at the right edge.
     Failed,
@@ -135,7 +135,7 @@ fn draw_line<'a>(
     right: f64,
 ) -> Drawn<'a> {
     let color = COLORS[n % COLORS.len()];
-    let known = |mark: &&Mark| matches!(mark.kind, MarkKind::Front | MarkKind::Dominated);
+    let known = |mark: &&Mark| mark.kind == MarkKind::Known;
     let points: Vec<(f64, f64)> = line
         .marks
         .iter()
@@ -153,11 +153,7 @@ fn draw_line<'a>(
     for mark in &line.marks {
         let at = (mark.error, mark.seconds);
         match mark.kind {
-            MarkKind::Front => plane.draw(&Circle::new(at, 8, color.filled()))?,
-            MarkKind::Dominated => {
-                plane.draw(&Circle::new(at, 6, WHITE.filled()))?;
-                plane.draw(&Circle::new(at, 6, color.stroke_width(2)))?;
-            }
+            MarkKind::Known => {}
             MarkKind::AtMost => {
                 let arrow = EmptyElement::at(at)
                     + PathElement::new([(0, 0), (-22, 0)], color.stroke_width(2))
@@ -167,7 +163,14 @@ fn draw_line<'a>(
             MarkKind::Failed => {
                 let at = (right, mark.seconds);
                 plane.draw(&Cross::new(at, 8, color.stroke_width(3)))?;
+                continue;
             }
+        }
+        if mark.front {
+            plane.draw(&Circle::new(at, 8, color.filled()))?;
+        } else {
+            plane.draw(&Circle::new(at, 6, WHITE.filled()))?;
+            plane.draw(&Circle::new(at, 6, color.stroke_width(2)))?;
         }
     }
     Ok(())

@@ -28,7 +28,7 @@ const COLUMNS: [f32; 2] = [1.75, 1.0];
 /// Height of the tabs, of which the text needs most; a plot of two lines has 1.04.
 const TABS_SHARE: f32 = 1.25;
 /// Groups with a plot of their own; the others share one place.
-const MAIN_GROUPS: [&str; 3] = ["energy", "strain", "contact"];
+const MAIN_GROUPS: [&str; 4] = ["energy", "strain", "contact", "error"];
 /// Behind the cloth: dark enough for linen, light enough for the deepest blue and red.
 const BACKGROUND: [u8; 3] = [44, 48, 56];
 

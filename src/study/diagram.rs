@@ -38,12 +38,12 @@ fn mark(row: &Row, rows: &[Row]) -> Mark {
     let kind = match row.error {
         Error::None => MarkKind::Failed,
         Error::Below(_) => MarkKind::AtMost,
-        Error::Known(_) if is_dominated(row, rows) => MarkKind::Dominated,
-        Error::Known(_) => MarkKind::Front,
+        Error::Known(_) => MarkKind::Known,
     };
     Mark {
         error: 1000.0 * row.at_most(),
         seconds: row.seconds_per_second,
         kind,
+        front: !is_dominated(row, rows),
     }
 }

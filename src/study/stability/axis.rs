@@ -102,7 +102,9 @@ fn lighten(model: &mut Model, factor: f64) {
         if !model.is_pinned(i) {
             model.masses[i] *= factor;
             model.inverse_masses[i] = 1.0 / model.masses[i];
-            model.gravity.masses[i] = model.masses[i];
+            if let Some(weighs) = model.gravity.masses.get_mut(i) {
+                *weighs = model.masses[i];
+            }
             if let Some(damping) = &mut model.mass_damping {
                 damping.drag[i] *= factor;
             }
