@@ -1,6 +1,7 @@
 //! What each part of a simulation keeps in memory.
 
 use super::Simulation;
+use crate::energy::PinWork;
 use crate::model::Memory;
 
 impl Simulation {
@@ -17,7 +18,7 @@ impl Simulation {
         memory.add("contact", &self.contacts.grips);
         memory.add_bytes("contact", self.detection.bytes());
         let work = self.pin_work.as_ref();
-        memory.add_bytes("pins", work.map_or(0, |pins| pins.bytes()));
+        memory.add_bytes("pins", work.map_or(0, PinWork::bytes));
         memory
     }
 }

@@ -11,7 +11,7 @@ pub(super) fn run(subject: &Subject<'_>, args: &StudyArgs, out: &Path) -> Result
     let setting = own_setting(subject)?;
     let threshold = args.tolerance.first().copied();
     let ablation = ablate(subject, setting, threshold, ROUNDS, &mut |said| {
-        eprintln!("{said}")
+        eprintln!("{said}");
     });
     let ablation = ablation.map_err(failure)?;
     let text = words::markdown(&ablation);

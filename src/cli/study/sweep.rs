@@ -47,7 +47,7 @@ pub(super) fn run(
 fn find_reference(subject: &mut Subject<'_>, args: &StudyArgs) -> Result<Reference, Failure> {
     let goal = args.smallest / MARGIN;
     reference(subject, goal, args.patience, &mut |said| {
-        eprintln!("{said}")
+        eprintln!("{said}");
     })
     .map_err(failure)
 }
