@@ -1,7 +1,7 @@
 //! Every scheme at the extremes: it completes with a finite state, or it says why it can't go on.
 //! Never a panic, a hang or a number that isn't one.
 
-use crate::support::{Numbers, SCHEMES, named, written};
+use crate::support::{Numbers, SCHEMES, load, named, written};
 use glam::DVec3;
 use muslin::model::{Cloth, Model, Pins};
 use muslin::scene;
@@ -137,6 +137,24 @@ fn stiff_cloth_without_any_damping() {
                 .replace(DAMPING, "");
             let end = run_scene(name, &text, 1.0 / 60.0, 60);
             assert_eq!(end, End::Completed, "{name} at {stretch} N/m");
+        }
+    }
+}
+
+/// A chain that starts pressed together, with more energy than it can ever lose in swinging: what is
+/// linearised in a step is far from what it does.
+#[test]
+fn a_pressed_chain_of_any_stiffness() {
+    for name in SCHEMES.into_iter().filter(|name| is_implicit(name)) {
+        for stretch in ["1e2", "1e4", "1e6", "1e8"] {
+            let built = scene::build(&load(
+                "chain",
+                &[&format!("cloth.0.material.stretch={stretch}")],
+            ))
+            .unwrap();
+            let what = format!("a pressed chain of {stretch} N");
+            let end = run(&what, name, built.model, built.state, 1.0 / 60.0, 60);
+            assert_eq!(end, End::Completed, "{name}: {what}");
         }
     }
 }

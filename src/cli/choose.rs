@@ -3,6 +3,7 @@
 
 use super::Failure;
 use super::args::RunArgs;
+use super::study::failure;
 use crate::integrator::Integrator;
 use crate::scene::LoadedScene;
 use crate::study::pick::{Goal, Measured, Picked, candidates, pick};
@@ -61,7 +62,7 @@ pub(super) fn choose(
         if stop.load(std::sync::atomic::Ordering::Relaxed) {
             Failure::run("stopped during the calibration: nothing is recorded")
         } else {
-            Failure::input(error)
+            failure(error)
         }
     })
 }

@@ -187,7 +187,7 @@ fn warnings(report: &Value, scheme: Integrator) -> String {
     let damped = count("/solver/damped_steps");
     if damped > 0 {
         said += &format!(
-            "\nWARNING: {damped} of {} steps were taken by implicit Euler, since {} would have made energy; use a smaller --dt or more damping.stiffness",
+            "\nWARNING: {damped} of {} steps were solved as implicit Euler's whole equation, since {} would have made energy; use a smaller --dt or more damping.stiffness",
             report["steps"],
             scheme.name()
         );

@@ -129,6 +129,11 @@ impl BackwardEuler {
         }
     }
 
+    /// Starts the next search where the step starts: what a step that is given up has changed says nothing.
+    pub(super) fn forget_change(&mut self) {
+        self.change.fill(DVec3::ZERO);
+    }
+
     /// Solves a stage; `velocities` hold the step's first velocities and become the stage's v.
     pub(super) fn solve(
         &mut self,

@@ -217,6 +217,7 @@ impl Scheme for Dopri5 {
         }
         solve
     }
+
     /// Steps of a tighter tolerance find their length from there.
     fn follow(&mut self, other: &dyn Scheme) {
         if let Some(other) = (other as &dyn Any).downcast_ref::<Self>() {

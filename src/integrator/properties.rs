@@ -26,7 +26,7 @@ impl Integrator {
             ],
             Self::ImplicitEuler(_) => &[
                 "first order, stable at any step; damps by itself, by a damping ratio ω dt/2: slow swings a little, ripples and folds at once",
-                "one linearised solve a step: where springs turn by much in a step, not all of the force is found",
+                "one linearised solve a step: where springs turn by much in a step, not all of the force is found; a step that would make energy is solved whole and counted",
             ],
             Self::Newton(_) => &[
                 "first order, stable at any step; damps by itself, by a damping ratio ω dt/2; solves the whole step, in several linear solves",

@@ -55,7 +55,7 @@ pub fn overlay(
     settings: &[Setting],
 ) -> Result<Overlay, StudyError> {
     let mut layers = vec![Layer {
-        name: "reference".to_owned(),
+        name: "the reference".to_owned(),
         frames: reference.track.frames.clone(),
     }];
     for &setting in settings {

@@ -2,7 +2,7 @@
 
 use super::error::StudyError;
 use super::overlay::FPS;
-use super::{Distance, Outcome, Setting, Subject, Track, Trial, digits};
+use super::{Distance, Outcome, PATIENCE, Setting, Subject, Track, Trial, digits};
 use crate::integrator::{Integrator, Linear, Nonlinear};
 use glam::DVec3;
 use std::time::Instant;
@@ -25,6 +25,9 @@ const IMPLICIT_STEP: f64 = 1.0 / 960.0;
 
 /// Share of the reference's time that a first explicit run may take.
 const AFFORDABLE: f64 = 0.15;
+
+/// What rounding makes of positions some metres from the origin (m).
+const ROUNDING: f64 = 1e-14;
 
 /// Steps that say what a run costs.
 const PROBE: u32 = 20;
@@ -72,9 +75,9 @@ pub struct Cut {
 }
 
 impl Reference {
-    /// The smallest error that can be reported (m RMS).
+    /// The smallest error that can be reported (m RMS): never less than what rounding makes of positions.
     pub fn smallest(&self) -> f64 {
-        MARGIN * self.error.rms
+        MARGIN * self.error.rms.max(ROUNDING)
     }
 }
 
@@ -126,7 +129,10 @@ pub fn reference(
         budget,
         cuts: true,
     };
-    refine(subject, pair, aim, say)
+    let patience = std::mem::replace(&mut subject.patience, budget.max(PATIENCE));
+    let found = refine(subject, pair, aim, say);
+    subject.patience = patience;
+    found
 }
 
 /// What a refinement is after.
@@ -265,15 +271,17 @@ fn pair(subject: &Subject<'_>, budget: f64) -> Result<Pair, StudyError> {
 /// What a run will take (s), by its first steps.
 pub(super) fn cost(subject: &Subject<'_>, setting: Setting) -> Result<f64, StudyError> {
     let mut simulation = subject.simulation(setting)?;
-    let start = Instant::now();
-    let mut steps = 0;
-    while steps < PROBE && start.elapsed().as_secs_f64() < PROBE_TIME {
-        if simulation.step().is_err() {
-            break;
+    let step = subject.install(|| {
+        let start = Instant::now();
+        let mut steps = 0;
+        while steps < PROBE && start.elapsed().as_secs_f64() < PROBE_TIME {
+            if simulation.step().is_err() {
+                break;
+            }
+            steps += 1;
         }
-        steps += 1;
-    }
-    let step = start.elapsed().as_secs_f64() / f64::from(steps.max(1));
+        start.elapsed().as_secs_f64() / f64::from(steps.max(1))
+    });
     Ok(step * subject.duration / setting.dt)
 }
 

@@ -130,6 +130,11 @@ impl<'a> Subject<'a> {
         self.size
     }
 
+    /// Does something on the threads of the study.
+    pub(super) fn install<T: Send>(&self, work: impl FnOnce() -> T + Send) -> T {
+        self.pool.install(work)
+    }
+
     /// Time between two compared states (s).
     pub fn interval(&self) -> f64 {
         self.duration / f64::from(self.times)
@@ -203,7 +208,7 @@ impl<'a> Subject<'a> {
         let outcome = self
             .pool
             .install(|| self.advance(&mut simulation, &mut states, &mut spent, look));
-        let simulated = simulation.state().time.max(f64::MIN_POSITIVE);
+        let simulated = simulation.state().time.max(setting.dt); // a run that fails at once had one step
         Ok(Trial {
             setting,
             states,

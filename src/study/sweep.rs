@@ -36,7 +36,7 @@ impl Row {
     pub fn new(trial: &Trial, reference: &Reference) -> Self {
         let error = if trial.outcome == Outcome::Completed {
             let error = Distance::over(&trial.states, &reference.states);
-            if error.rms < reference.smallest() {
+            if error.rms <= reference.smallest() {
                 Error::Below(reference.smallest())
             } else {
                 Error::Known(error)

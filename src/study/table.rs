@@ -97,10 +97,16 @@ fn about(text: &mut String, subject: &Subject<'_>, reference: &Reference) {
         reference.second.dial(),
         digits(1000.0 * reference.smallest()),
     );
+    if !reference.converged {
+        let _ = writeln!(
+            text,
+            "**The reference is not as exact as was asked**: its time (`--patience`) was over before; smaller errors than these need more of it.\n"
+        );
+    }
     if let Some(cut) = reference.cut {
         let _ = writeln!(
             text,
-            "**Nothing is compared from {} s on**: there the reference itself is {} mm off, and shorter steps don't mend it. What decides then (folds that may buckle either way, friction that holds or doesn't) depends on every detail, and no scheme at any step finds the same.\n",
+            "**Nothing is compared from {} s on**: there the reference itself is {} mm off, and halving its steps didn't mend it. What decides then (folds that may buckle either way, friction that holds or doesn't) depends on the least detail.\n",
             digits(cut.time),
             digits(1000.0 * cut.error),
         );

@@ -14,6 +14,11 @@ pub(super) fn run(subject: &Subject<'_>, args: &StudyArgs, out: &Path) -> Result
         eprintln!("{said}");
     });
     let ablation = ablation.map_err(failure)?;
+    if subject.is_stopped() {
+        return Err(Failure::run(
+            "stopped: what a scene needs isn't known before every part was taken out; nothing is kept",
+        ));
+    }
     let text = words::markdown(&ablation);
     folder::write(out, "ablate.csv", &table::csv(&ablation, &today()))?;
     folder::write(out, "ablate.md", &text)?;

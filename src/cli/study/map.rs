@@ -18,6 +18,7 @@ pub(super) fn run(
         axis,
         schemes: args.schemes.clone(),
         steps: args.steps.clone(),
+        horizon: subject.duration,
         ..Dials::default()
     };
     let bar = bar(0);
@@ -29,6 +30,9 @@ pub(super) fn run(
     let map = map.map_err(failure)?;
     if map.rows.is_empty() {
         return Err(Failure::run("stopped before the first row was done"));
+    }
+    if subject.is_stopped() {
+        eprintln!("stopped: {} rows are kept", map.rows.len());
     }
     let name = format!("stability-{}", axis.name());
     folder::write(out, &format!("{name}.csv"), &stability::csv(&map))?;

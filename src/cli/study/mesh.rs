@@ -13,6 +13,13 @@ pub(super) fn run(subject: &Subject<'_>, args: &StudyArgs, out: &Path) -> Result
         eprintln!("{said}");
     });
     let study = study.map_err(failure)?;
+    if subject.is_stopped() {
+        eprintln!(
+            "stopped: {} of {} meshes are kept",
+            study.resolutions.len(),
+            args.cells.len()
+        );
+    }
     let text = table::markdown(&study);
     folder::write(out, "mesh.csv", &table::csv(&study))?;
     folder::write(out, "mesh.md", &text)?;

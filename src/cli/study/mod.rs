@@ -66,6 +66,11 @@ fn duration(args: &StudyArgs, loaded: &LoadedScene) -> Result<f64, Failure> {
             return fail(format!("{flag} {value}: a positive number is needed"));
         }
     }
+    if let Some(tolerance) = args.tolerance.iter().find(|x| !positive(**x)) {
+        return fail(format!(
+            "--tolerance {tolerance}: a tolerance is a positive length in metres"
+        ));
+    }
     let whole = loaded.scene.duration;
     match args.duration {
         Some(seconds) if !positive(seconds) => fail(format!(
@@ -87,7 +92,7 @@ fn own_setting(subject: &Subject<'_>) -> Result<Setting, Failure> {
 }
 
 /// What was asked for can't be: bad input; a run that failed is a failed run.
-fn failure(error: StudyError) -> Failure {
+pub(super) fn failure(error: StudyError) -> Failure {
     match error {
         StudyError::Scene(_) | StudyError::Ask(_) => Failure::input(error),
         StudyError::NoReference { .. } | StudyError::Stopped | StudyError::Threads(_) => {

@@ -1,10 +1,11 @@
 //! The setting that a scene needs: a scheme and a step that keep to a tolerance at the least cost, or that
 //! are the most exact a budget pays for.
 //!
-//! A short calibration on the scene itself. First a [`yardstick`]: what runs are compared with, as
-//! [`reference`](super::reference) finds it, over as much of the run as can be told. Then a [`search`]: each
+//! A short calibration on the scene itself. First a yardstick: what runs are compared with, as
+//! [`reference()`](super::reference()) finds it, over as much of the run as can be told. Then a search: each
 //! scheme's step is turned until its error, or its cost, is where it should be. What is picked has been
-//! run: its error is measured, not extrapolated, and the run that follows does the same steps.
+//! run, and the run that follows does the same steps: its error is measured. Only where a rehearsal of the
+//! whole run turns the step of a budget once more, the error is scaled with it.
 //!
 //! An error here is the RMS distance over particles to the run that shorter steps converge to, on the
 //! same mesh, at the time where it is largest.
@@ -224,7 +225,13 @@ fn rehearse(
         let trial = subject.run(chosen.setting, &mut |_| {})?;
         let cost = match trial.outcome {
             Outcome::Stopped => return Err(StudyError::Stopped),
-            Outcome::Diverged(_) => break,
+            Outcome::Diverged(why) => {
+                return Err(StudyError::Ask(format!(
+                    "{} at {} comes to harm after the calibration's window: {why}; ask for less with --tolerance, or set --integrator and --dt",
+                    chosen.setting.series(),
+                    chosen.setting.dial()
+                )));
+            }
             Outcome::TooSlow => 2.0 * budget,
             Outcome::Completed => trial.seconds_per_second,
         };

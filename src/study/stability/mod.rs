@@ -258,6 +258,10 @@ impl Plan {
         for (i, &dt) in self.steps.iter().enumerate().rev() {
             let truth = truth.states.get(i).filter(|_| is_sure);
             let Some(cell) = row.run(dt, truth, &|| subject.is_stopped())? else {
+                // Half a row would look as if the rest were settled.
+                cells
+                    .iter_mut()
+                    .for_each(|cell| cell.verdict = Verdict::NotRun);
                 break;
             };
             let goes_on = match cell.verdict {
