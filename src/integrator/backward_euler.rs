@@ -129,9 +129,12 @@ impl BackwardEuler {
         }
     }
 
-    /// Starts the next search where the step starts: what a step that is given up has changed says nothing.
-    pub(super) fn forget_change(&mut self) {
-        self.change.fill(DVec3::ZERO);
+    /// Lets the next search start at rest, if that leaves less than starting at `velocities`: there Φ is the
+    /// energy before the step, however far these would go.
+    pub(super) fn begin_at_rest(&mut self, velocities: &[DVec3]) {
+        for (change, v) in self.change.iter_mut().zip(velocities) {
+            *change = -*v;
+        }
     }
 
     /// Solves a stage; `velocities` hold the step's first velocities and become the stage's v.

@@ -112,7 +112,7 @@ impl ImplicitEuler {
             let start = State::at_rest(vec![DVec3::ZERO; model.particles()]);
             (BackwardEuler::new(model, settings), start)
         });
-        stage.forget_change();
+        stage.begin_at_rest(&state.velocities);
         newton::step(stage, start, model, contacts, dt, state)
     }
 }

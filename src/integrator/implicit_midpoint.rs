@@ -144,7 +144,7 @@ impl Scheme for ImplicitMidpoint {
         state.copy_from(before);
         contacts.grips.clone_from(&self.grips);
         let Self { stage, start, .. } = self;
-        stage.forget_change();
+        stage.begin_at_rest(&state.velocities);
         let damped = newton::step(stage, start, model, contacts, dt, state);
         let elastic_after = elastic(model, state);
         let made = self.made(dt, [elastic_before, elastic_after]) - self.lost(model, state);
