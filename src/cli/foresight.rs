@@ -4,6 +4,7 @@ use crate::integrator::Integrator;
 use crate::model::Model;
 use crate::scene::{LoadedScene, Step};
 use crate::simulation::{Forecast, Part, Simulation, sweep_compliance};
+use crate::study::diagonal;
 use glam::DVec3;
 
 /// The forecast of a run, and what of the scene it depends on.
@@ -172,11 +173,9 @@ fn numerical_damping(run: &Simulation) -> Option<String> {
 
 /// Diagonal of the largest cloth's box (m).
 fn longest_cloth(model: &Model, positions: &[DVec3]) -> f64 {
-    let each = model.cloths.iter().map(|cloth| {
-        let own = &positions[cloth.particles.clone()];
-        let low = own.iter().copied().fold(DVec3::INFINITY, DVec3::min);
-        let high = own.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max);
-        (high - low).length()
-    });
+    let each = model
+        .cloths
+        .iter()
+        .map(|cloth| diagonal(&positions[cloth.particles.clone()]));
     each.fold(0.0, f64::max)
 }

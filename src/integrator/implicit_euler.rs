@@ -17,8 +17,8 @@ use super::constraint::{prescribe, pressed, update_grips};
 use super::linear_system::{Linear, LinearSystem};
 use super::newton;
 use super::surplus::Surplus;
-use crate::collision::{Contact, Contacts, Grip};
-use crate::energy::{kinetic, potential};
+use crate::collision::{Contact, Contacts};
+use crate::energy::{elastic, kinetic};
 use crate::force::Force as _;
 use crate::linear::Solve;
 use crate::model::Model;
@@ -37,11 +37,7 @@ pub(super) struct ImplicitEuler {
     system: LinearSystem,
     /// M v₀ + dt f(x₀) of each particle (N·s).
     impulses: Vec<DVec3>,
-    /// The grips before the step, in case that it is taken again.
-    grips: Vec<Grip>,
     surplus: Surplus,
-    /// `surplus` as it was when a step was first tried.
-    remembered: Surplus,
     /// What solves a step whole; made when one first has to.
     whole: Option<(BackwardEuler, State)>,
 }
@@ -52,9 +48,7 @@ impl ImplicitEuler {
             linear,
             system: LinearSystem::new(model, linear),
             impulses: vec![DVec3::ZERO; model.particles()],
-            grips: Vec::new(),
             surplus: Surplus::default(),
-            remembered: Surplus::default(),
             whole: None,
         }
     }
@@ -127,23 +121,22 @@ impl Scheme for ImplicitEuler {
         state: &mut State,
     ) -> Solve {
         state.copy_from(before);
-        self.grips.clone_from(&contacts.grips);
-        let energy_before = kinetic(model, state) + potential(model, state);
-        let solve = self.step(model, contacts, dt, state);
-        // Driven pins do work, whose part in this isn't known here.
+        // Driven pins do work, whose part in what is made isn't known here.
         if model.driven().next().is_some() {
-            return solve;
+            return self.step(model, contacts, dt, state);
         }
-        let (motion, stored) = (kinetic(model, state), potential(model, state));
-        let made = motion + stored - energy_before;
+        self.surplus.begin(contacts);
+        let own = |state: &State| kinetic(model, state) + elastic(model, state);
+        let total_before = own(state) + model.gravity.energy(state);
+        let solve = self.step(model, contacts, dt, state);
+        let own = own(state);
+        let made = own + model.gravity.energy(state) - total_before;
         // One step's fall counts as nothing.
         let floor = free_fall(model, dt).powi(2);
-        let own = motion + stored - model.gravity.energy(state);
         if !made.is_finite() || self.surplus.book(made, own, floor) {
             return solve; // what is no number is not the linearisation's fault alone: halves are tried
         }
-        state.copy_from(before);
-        contacts.grips.clone_from(&self.grips);
+        self.surplus.take_back(before, contacts, state);
         let damped = self.step_whole(model, contacts, dt, state);
         Solve {
             iterations: solve.iterations + damped.iterations,
@@ -153,16 +146,16 @@ impl Scheme for ImplicitEuler {
     }
 
     fn remember(&mut self) {
-        self.remembered = self.surplus;
+        self.surplus.remember();
     }
 
     fn recall(&mut self) {
-        self.surplus = self.remembered;
+        self.surplus.recall();
     }
 
     fn follow(&mut self, other: &dyn Scheme) {
         if let Some(other) = (other as &dyn Any).downcast_ref::<Self>() {
-            self.surplus = other.surplus;
+            self.surplus.follow(&other.surplus);
         }
     }
 }

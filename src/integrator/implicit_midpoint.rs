@@ -19,7 +19,7 @@ use super::constraint::pressed;
 use super::implicit_euler::free_fall;
 use super::newton;
 use super::surplus::Surplus;
-use crate::collision::{Contacts, Grip};
+use crate::collision::Contacts;
 use crate::energy::{elastic, kinetic};
 use crate::force::Force as _;
 use crate::linear::Solve;
@@ -35,11 +35,7 @@ pub(super) struct ImplicitMidpoint {
     start: State,
     /// Velocities in the middle of the step (m/s).
     middle: Vec<DVec3>,
-    /// The grips before the step, in case that it is taken again.
-    grips: Vec<Grip>,
     surplus: Surplus,
-    /// `surplus` as it was when a step was first tried.
-    remembered: Surplus,
 }
 
 impl ImplicitMidpoint {
@@ -48,9 +44,7 @@ impl ImplicitMidpoint {
         Self {
             stage: BackwardEuler::new(model, settings),
             start: State::at_rest(zero.clone()),
-            grips: vec![Grip::default(); zero.len()],
             surplus: Surplus::default(),
-            remembered: Surplus::default(),
             middle: zero,
         }
     }
@@ -123,7 +117,7 @@ impl Scheme for ImplicitMidpoint {
         state: &mut State,
     ) -> Solve {
         state.copy_from(before);
-        self.grips.clone_from(&contacts.grips);
+        self.surplus.begin(contacts);
         let elastic_before = elastic(model, state);
         let moving = |state: &State| kinetic(model, state) + model.gravity.energy(state);
         let moving_before = moving(state);
@@ -141,8 +135,7 @@ impl Scheme for ImplicitMidpoint {
         if self.surplus.book(made, energy, floor) {
             return solve;
         }
-        state.copy_from(before);
-        contacts.grips.clone_from(&self.grips);
+        self.surplus.take_back(before, contacts, state);
         let Self { stage, start, .. } = self;
         stage.begin_at_rest(&state.velocities);
         let damped = newton::step(stage, start, model, contacts, dt, state);
@@ -158,16 +151,16 @@ impl Scheme for ImplicitMidpoint {
     }
 
     fn remember(&mut self) {
-        self.remembered = self.surplus;
+        self.surplus.remember();
     }
 
     fn recall(&mut self) {
-        self.surplus = self.remembered;
+        self.surplus.recall();
     }
 
     fn follow(&mut self, other: &dyn Scheme) {
         if let Some(other) = (other as &dyn Any).downcast_ref::<Self>() {
-            self.surplus = other.surplus;
+            self.surplus.follow(&other.surplus);
         }
     }
 }

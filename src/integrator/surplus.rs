@@ -1,8 +1,21 @@
-//! Energy that a scheme makes by itself.
+//! Energy that a scheme makes by itself, and taking back the step that makes too much.
 
-/// What a scheme has made and not lost again, against what the cloth ever had without it.
-#[derive(Clone, Copy, Debug, Default)]
+use crate::collision::{Contacts, Grip};
+use crate::state::State;
+
+/// What a scheme has made and not lost again, and what a step that makes too much is taken back to.
+#[derive(Debug, Default)]
 pub(super) struct Surplus {
+    booked: Booked,
+    /// `booked` as it was when a step was first tried.
+    remembered: Booked,
+    /// The grips before the step.
+    grips: Vec<Grip>,
+}
+
+/// Energy made, against what the cloth ever had without it.
+#[derive(Clone, Copy, Debug, Default)]
+struct Booked {
     /// Energy made (J).
     made: f64,
     /// Most kinetic and elastic energy less what was made (J).
@@ -15,16 +28,39 @@ pub(super) struct Surplus {
 const SHARE: f64 = 0.1;
 
 impl Surplus {
+    /// Keeps the contacts of a step that begins.
+    pub(super) fn begin(&mut self, contacts: &Contacts) {
+        self.grips.clone_from(&contacts.grips);
+    }
+
+    /// Goes back to where the step began.
+    pub(super) fn take_back(&self, before: &State, contacts: &mut Contacts, state: &mut State) {
+        state.copy_from(before);
+        contacts.grips.clone_from(&self.grips);
+    }
+
+    pub(super) fn remember(&mut self) {
+        self.remembered = self.booked;
+    }
+
+    pub(super) fn recall(&mut self) {
+        self.booked = self.remembered;
+    }
+
+    pub(super) fn follow(&mut self, other: &Self) {
+        self.booked = other.booked;
+    }
+
     /// Books the energy that a step made (J), negative when it lost some, up to a state that has
     /// `energy`, kinetic and elastic (J). False, and nothing booked, when it made more than may be;
     /// `floor` (J) counts as nothing.
     pub(super) fn book(&mut self, made: f64, energy: f64, floor: f64) -> bool {
-        let sum = self.made + made;
-        let most = self.most.max(energy - sum.max(0.0));
+        let sum = self.booked.made + made;
+        let most = self.booked.most.max(energy - sum.max(0.0));
         // Never with what is no number.
         let fits = made <= 0.0 || sum <= SHARE * most + floor;
         if fits {
-            *self = Self {
+            self.booked = Booked {
                 made: sum.max(0.0),
                 most,
             };

@@ -50,6 +50,13 @@ impl Distance {
     }
 }
 
+/// Diagonal of the box around points (m).
+pub fn diagonal(points: &[DVec3]) -> f64 {
+    let low = points.iter().copied().fold(DVec3::INFINITY, DVec3::min);
+    let high = points.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max);
+    low.distance(high)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -27,7 +27,7 @@ mod track;
 
 pub use date::today;
 pub use diagram::diagram;
-pub use distance::Distance;
+pub use distance::{Distance, diagonal};
 pub use error::StudyError;
 pub use ladder::Dials;
 pub use pick::{Goal, Picked, pick};

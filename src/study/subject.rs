@@ -1,6 +1,7 @@
 //! The scene that is studied, and one run of it under one setting.
 
 use super::Setting;
+use super::distance::diagonal;
 use super::error::StudyError;
 use crate::energy::SCHEME;
 use crate::scene::{self, LoadedScene};
@@ -98,7 +99,7 @@ impl<'a> Subject<'a> {
         let built = scene::build(&loaded)?;
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
         Ok(Self {
-            size: size(&built.state.positions[..built.model.cloth_particles()]),
+            size: diagonal(&built.state.positions[..built.model.cloth_particles()]),
             forecast: forecast(&built.model, &built.state),
             pool: pool.map_err(|error| StudyError::Threads(error.to_string()))?,
             loaded,
@@ -254,15 +255,6 @@ impl<'a> Subject<'a> {
         }
         Outcome::Completed
     }
-}
-
-fn size(positions: &[DVec3]) -> f64 {
-    let low = positions.iter().copied().fold(DVec3::INFINITY, DVec3::min);
-    let high = positions
-        .iter()
-        .copied()
-        .fold(DVec3::NEG_INFINITY, DVec3::max);
-    low.distance(high)
 }
 
 /// Energy that the scheme took by itself, over what was exchanged.

@@ -68,7 +68,7 @@ impl Track {
 }
 
 /// The cubic from x₀ with velocity v₀ to x₁ with v₁ in a time `span` (s), at the share `s` of it.
-fn hermite([(x0, v0), (x1, v1)]: [(DVec3, DVec3); 2], span: f64, s: f64) -> DVec3 {
+pub(super) fn hermite([(x0, v0), (x1, v1)]: [(DVec3, DVec3); 2], span: f64, s: f64) -> DVec3 {
     let r = 1.0 - s;
     x0 * (r * r * (1.0 + 2.0 * s))
         + x1 * (s * s * (3.0 - 2.0 * s))
@@ -84,7 +84,7 @@ mod tests {
         let x = |t: f64| DVec3::new(t * t * t - t, 2.0 * t * t, 1.0);
         let v = |t: f64| DVec3::new(3.0 * t * t - 1.0, 4.0 * t, 0.0);
         let (a, b) = (0.3, 0.8);
-        for s in [0.0, 0.2, 0.5, 1.0] {
+        for s in [0.0, 0.2, 0.25, 0.5, 0.8, 1.0] {
             let found = hermite([(x(a), v(a)), (x(b), v(b))], b - a, s);
             assert!(found.distance(x(a + s * (b - a))) < 1e-15, "{s}: {found}");
         }

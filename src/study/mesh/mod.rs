@@ -9,7 +9,7 @@ pub mod table;
 
 use super::error::StudyError;
 use super::reference::{Reference, reference};
-use super::{Distance, Outcome, Setting, Subject};
+use super::{Distance, Outcome, Setting, Subject, diagonal};
 use crate::lab::limit::LEAST_ORDER;
 use crate::model::Model;
 use crate::scene::{self, Shape};
@@ -306,10 +306,7 @@ fn verdict(resolutions: &[Resolution], next: &[Distance]) -> Verdict {
 /// Diagonal of the box around the cloths at the end (m).
 fn size(resolutions: &[Resolution]) -> f64 {
     let end = resolutions.first().and_then(|r| r.states.last());
-    let points = || end.into_iter().flatten().copied();
-    let low = points().fold(DVec3::INFINITY, DVec3::min);
-    let high = points().fold(DVec3::NEG_INFINITY, DVec3::max);
-    (high - low).length()
+    end.map_or(f64::INFINITY, |end| diagonal(end))
 }
 
 /// p of differences ∝ hᵖ between three meshes, each finer by `ratio`.

@@ -20,12 +20,11 @@ pub use cell::{Cell, Verdict};
 pub use drawing::picture;
 pub use table::{HEADER, csv};
 
-use super::{StudyError, Subject};
+use super::{StudyError, Subject, diagonal};
 use crate::integrator::Integrator;
 use crate::model::Model;
 use crate::scene::{IntegratorName, LoadedScene};
 use crate::simulation::{Forecast, forecast, sweep_compliance};
-use glam::DVec3;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use truth::Truth;
 
@@ -343,11 +342,9 @@ fn usual(forecasts: &[Forecast], columns: u32) -> Vec<f64> {
 
 /// The diagonal of the largest cloth's box at rest (m).
 fn size(model: &Model) -> f64 {
-    let sizes = model.cloths.iter().map(|cloth| {
-        let rest = &model.rest[cloth.particles.clone()];
-        let low = rest.iter().copied().fold(DVec3::INFINITY, DVec3::min);
-        let high = rest.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max);
-        (high - low).length()
-    });
+    let sizes = model
+        .cloths
+        .iter()
+        .map(|cloth| diagonal(&model.rest[cloth.particles.clone()]));
     sizes.fold(0.0, f64::max)
 }

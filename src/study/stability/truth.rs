@@ -4,6 +4,7 @@ use super::Axis;
 use crate::integrator::{Integrator, Linear, Nonlinear};
 use crate::scene::LoadedScene;
 use crate::simulation::Simulation;
+use crate::study::track::hermite;
 use crate::study::{Distance, StudyError};
 use glam::DVec3;
 
@@ -87,39 +88,12 @@ fn states_at(
             let share = (time - before.time) / dt;
             if state.is_empty() && share <= 1.0 + 1e-6 {
                 let at = |i: usize| {
-                    let x = [before.positions[i], after.positions[i]];
-                    let v = [before.velocities[i], after.velocities[i]];
-                    between(x, v, dt, share)
+                    let ends = [&before, after].map(|end| (end.positions[i], end.velocities[i]));
+                    hermite(ends, dt, share)
                 };
                 state.extend((0..cloth).map(at));
             }
         }
     }
     Some(states)
-}
-
-/// The cubic (Hermite) through two positions (m) with their velocities (m/s), `dt` (s) apart, at a
-/// share of the way.
-fn between([x0, x1]: [DVec3; 2], [v0, v1]: [DVec3; 2], dt: f64, share: f64) -> DVec3 {
-    let (s, r) = (share, 1.0 - share);
-    x0 * (r * r * (1.0 + 2.0 * s))
-        + x1 * (s * s * (1.0 + 2.0 * r))
-        + (v0 * r - v1 * s) * (dt * s * r)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_cubic_is_met_between_its_ends() {
-        let x = |t: f64| DVec3::new(1.0, t * t, 2.0 * t * t * t - t);
-        let v = |t: f64| DVec3::new(0.0, 2.0 * t, 6.0 * t * t - 1.0);
-        for share in [0.0, 0.25, 0.8, 1.0] {
-            let (a, b) = (0.3, 0.7);
-            let found = between([x(a), x(b)], [v(a), v(b)], b - a, share);
-            let exact = x(a + share * (b - a));
-            assert!((found - exact).length() < 1e-15, "{share}: {found} {exact}");
-        }
-    }
 }
