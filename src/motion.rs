@@ -134,6 +134,20 @@ impl Placement {
     }
 }
 
+impl Placement {
+    /// Where what is at `position` now started (m): x₀ = c + Rᵀ (x − c − s).
+    #[inline]
+    pub fn back(&self, position: DVec3, center: DVec3) -> DVec3 {
+        center + self.turn.transpose() * (position - center - self.shift)
+    }
+
+    /// A direction as it has turned.
+    #[inline]
+    pub fn turned(&self, direction: DVec3) -> DVec3 {
+        self.turn * direction
+    }
+}
+
 /// Slope at a key between two spans of time `ahead` (s) with their rises: that of the parabola through
 /// the three keys, zero where the function turns round, and at most three times the lesser of both
 /// secants, which keeps both pieces monotone.
@@ -226,6 +240,8 @@ mod tests {
             let [[xa, va], [xb, vb]] = [a, b].map(|x| place.of(x, center));
             assert!(((xa - xb).length() - (a - b).length()).abs() < 1e-14);
             assert!((va - vb).dot(xa - xb).abs() < 1e-12);
+            assert!((place.back(xa, center) - a).length() < 1e-14);
+            assert!((place.turned(a - b) - (xa - xb)).length() < 1e-14);
         }
         assert_eq!(motion.at(0.0).of(a, center), [a, DVec3::ZERO]);
         assert_eq!(motion.at(0.2).of(a, center)[0], a);

@@ -20,6 +20,7 @@ mod laws;
 mod ledger;
 mod mesh_error;
 mod motion;
+mod moving;
 mod pick;
 mod program;
 mod projective;

@@ -1,5 +1,6 @@
 //! Contacts and what is remembered of them from step to step.
 
+use super::{Anchor, Bodies};
 use crate::strain_limit::Wall;
 use glam::DVec3;
 
@@ -19,18 +20,29 @@ pub struct Contact {
     pub distance: f64,
     /// Coulomb's friction coefficient μ.
     pub friction: f64,
+    /// The obstacle's point there.
+    pub anchor: Anchor,
+    /// Velocity of that point (m/s): as the contact was found, and in a step the mean over it.
+    pub velocity: DVec3,
+    /// Velocity of that point at the end of the step (m/s).
+    pub velocity_after: DVec3,
     /// Impulse on the particle (N·s) that the last step's own equations found, with a scheme that has
     /// contacts inside them.
     pub impulse: DVec3,
 }
 
 impl Contact {
-    /// The half space outside the obstacle's tangent plane.
-    pub fn wall(&self) -> Wall {
+    /// The half space outside the obstacle's tangent plane, some time (s) after the contact was found.
+    pub fn wall(&self, ago: f64) -> Wall {
         Wall {
             normal: self.normal,
-            offset: self.normal.dot(self.at) - self.distance,
+            offset: self.normal.dot(self.at + self.velocity * ago) - self.distance,
         }
+    }
+
+    /// Velocity (m/s) of the particle, which has `v`, against the obstacle.
+    pub fn against(&self, v: DVec3) -> DVec3 {
+        v - self.velocity
     }
 }
 
@@ -68,6 +80,20 @@ impl Contacts {
     pub fn copy_from(&mut self, other: &Self) {
         self.list.clone_from(&other.list);
         self.grips.clone_from(&other.grips);
+    }
+
+    /// Gives the obstacles at all contacts the velocity of a step of `dt` (s) that begins.
+    pub fn begin_step(&mut self, bodies: &Bodies, dt: f64) {
+        for contact in &mut self.list {
+            contact.velocity = bodies.travel(&contact.anchor) / dt;
+            contact.velocity_after = bodies.velocity(&contact.anchor);
+        }
+    }
+
+    /// Whether the obstacle moves at any contact.
+    pub fn any_moves(&self) -> bool {
+        let moves = |contact: &Contact| contact.velocity != DVec3::ZERO;
+        self.list.iter().any(moves)
     }
 
     /// Makes grips, which hold the impulses of a whole step, those of a step `factor` times as long.

@@ -7,8 +7,12 @@
 //! A particle that moved farther than it was away is followed along its way by conservative
 //! advancement: from each point it may safely go as far as the surface is away. So no particle
 //! passes through a body, however thin or fast, and one that would is stopped where it met it.
+//!
+//! All that is done where the obstacle starts: what moves as one piece stands still there, and a particle's
+//! way is that against the obstacle.
 
-use super::{Contact, Contacts, Grip, Obstacle};
+use super::{Bodies, Contact, Contacts, Grip, Obstacle};
+use crate::mesh::Nearest;
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -21,7 +25,7 @@ pub struct Detection {
     found: Vec<Option<Contact>>,
 }
 
-/// The last measurement of a particle.
+/// The last measurement of a particle, with the obstacle where it starts.
 #[derive(Clone, Copy, Debug)]
 struct Known {
     /// Where the particle was (m).
@@ -61,22 +65,32 @@ impl Detection {
         known.sum::<usize>() + size_of_val(&self.found[..])
     }
 
-    /// Finds the contacts of all particles; `contacts` keeps the grips of those that go on.
-    pub fn find(&mut self, obstacles: &[Obstacle], positions: &[DVec3], contacts: &mut Contacts) {
+    /// Finds the contacts of all particles with obstacles as they stand now; `contacts` keeps the grips of those that go on.
+    pub fn find(
+        &mut self,
+        obstacles: &[Obstacle],
+        bodies: &Bodies,
+        positions: &[DVec3],
+        contacts: &mut Contacts,
+    ) {
         self.found.fill(None);
-        for (obstacle, known) in obstacles.iter().zip(&mut self.known) {
+        for (k, (obstacle, known)) in obstacles.iter().zip(&mut self.known).enumerate() {
             let tasks = self
                 .found
                 .par_chunks_mut(TASK)
                 .zip(known.par_chunks_mut(TASK))
                 .enumerate();
             tasks.for_each(|(task, (found, known))| {
-                for (k, (found, known)) in found.iter_mut().zip(known).enumerate() {
-                    let particle = task * TASK + k;
-                    if let Some(contact) = known.measure(obstacle, particle, positions[particle])
-                        && found.is_none_or(|other| contact.gap < other.gap)
-                    {
-                        *found = Some(contact);
+                for (i, (found, known)) in found.iter_mut().zip(known).enumerate() {
+                    let particle = task * TASK + i;
+                    let x = positions[particle];
+                    let Some(nearest) = known.measure(obstacle, bodies.at_start(k, x)) else {
+                        continue;
+                    };
+                    let gap = nearest.distance - obstacle.thickness;
+                    if found.is_none_or(|other| gap < other.gap) {
+                        let at = known.place(bodies, k, x);
+                        *found = Some(contact(obstacle, bodies, k, particle, at, &nearest));
                     }
                 }
             });
@@ -91,6 +105,31 @@ impl Detection {
     }
 }
 
+/// A particle at obstacle number `k`, found at `at`.
+fn contact(
+    obstacle: &Obstacle,
+    bodies: &Bodies,
+    k: usize,
+    particle: usize,
+    at: DVec3,
+    nearest: &Nearest,
+) -> Contact {
+    let anchor = Bodies::anchor(k, nearest);
+    let velocity = bodies.velocity(&anchor);
+    Contact {
+        particle,
+        at,
+        normal: bodies.turned(k, nearest.normal),
+        gap: nearest.distance - obstacle.thickness,
+        distance: nearest.distance,
+        friction: obstacle.friction,
+        anchor,
+        velocity,
+        velocity_after: velocity,
+        impulse: DVec3::ZERO,
+    }
+}
+
 /// Closer than this (m), the way of a particle has met the surface: a hundredth of a millimetre
 /// takes three or four queries, a hundred times less would take two more.
 const MET: f64 = 1e-5;
@@ -100,8 +139,8 @@ const MET: f64 = 1e-5;
 const MAX_ADVANCES: u32 = 40;
 
 impl Known {
-    /// The contact of a particle at `x` with an obstacle, if it is in reach.
-    fn measure(&mut self, obstacle: &Obstacle, particle: usize, x: DVec3) -> Option<Contact> {
+    /// The point of an obstacle nearest to a particle at `x`, if it is in reach.
+    fn measure(&mut self, obstacle: &Obstacle, x: DVec3) -> Option<Nearest> {
         let reach = (1.0 + NOTICE) * obstacle.thickness;
         let way = x - self.at;
         let moved = way.length();
@@ -112,15 +151,17 @@ impl Known {
             None => self.ask(obstacle, x, f64::MAX)?,
         }
         let distance = self.distance?;
-        (distance <= reach).then_some(Contact {
-            particle,
-            at: self.at,
-            normal: self.normal,
-            gap: distance - obstacle.thickness,
-            distance,
-            friction: obstacle.friction,
-            impulse: DVec3::ZERO,
-        })
+        let point = self.at - self.normal * distance;
+        (distance <= reach).then_some(Nearest::new(point, self.normal, distance))
+    }
+
+    /// Where the particle that is at `x` was found: there, or where its way met obstacle number `k`.
+    fn place(&self, bodies: &Bodies, k: usize, x: DVec3) -> DVec3 {
+        if self.at == bodies.at_start(k, x) {
+            x
+        } else {
+            bodies.now(k, self.at)
+        }
     }
 
     /// Follows a way from a point at a distance to its end, or to where it meets the surface.
@@ -158,7 +199,7 @@ impl Known {
     /// Measures the distance of a point that is at most `farthest` (m) away.
     fn ask(&mut self, obstacle: &Obstacle, point: DVec3, farthest: f64) -> Option<()> {
         // A billionth of a metre for rounding, which must not push the surface out of range.
-        let nearest = obstacle.surface.nearest(point, farthest + 1e-9)?;
+        let nearest = obstacle.shape.nearest(point, farthest + 1e-9)?;
         *self = Self {
             at: point,
             distance: Some(nearest.distance),
@@ -171,6 +212,7 @@ impl Known {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::collision::Solid;
     use crate::mesh::{Surface, read_obj};
 
     /// A plate of 1 m × 1 m and a millimetre thick, its top at y = 0.
@@ -185,11 +227,16 @@ mod tests {
         let surface = Surface::new(&mesh).unwrap();
         Obstacle {
             name: "plate".to_owned(),
-            mesh,
-            surface,
+            shape: Solid::Mesh { mesh, surface },
+            motion: None,
             friction: 0.0,
             thickness: 0.003,
         }
+    }
+
+    fn find(detection: &mut Detection, obstacles: &[Obstacle], x: [DVec3; 1], to: &mut Contacts) {
+        let bodies = Bodies::new(obstacles, 0.0);
+        detection.find(obstacles, &bodies, &x, to);
     }
 
     #[test]
@@ -200,11 +247,11 @@ mod tests {
                 let mut detection = Detection::new(&obstacles, 1);
                 let mut contacts = Contacts::none(1);
                 let start = DVec3::new(0.1, 0.0101 * side, 0.2);
-                detection.find(&obstacles, &[start], &mut contacts);
+                find(&mut detection, &obstacles, [start], &mut contacts);
                 let mut x = start;
                 for _ in 0..20 {
                     x.y -= speed * side; // past the plate at last
-                    detection.find(&obstacles, &[x], &mut contacts);
+                    find(&mut detection, &obstacles, [x], &mut contacts);
                     if contacts.list.first().is_some_and(|contact| contact.at != x) {
                         break;
                     }
@@ -222,19 +269,23 @@ mod tests {
     #[test]
     fn the_closest_of_two_obstacles_counts_and_a_lost_contact_loses_its_grip() {
         let mut far = plate();
-        far.surface = {
-            let mut mesh = far.mesh.clone();
+        if let Solid::Mesh { mesh, surface } = &mut far.shape {
             mesh.positions.iter_mut().for_each(|p| p.y -= 0.001);
-            Surface::new(&mesh).unwrap()
-        };
+            *surface = Surface::new(mesh).unwrap();
+        }
         let obstacles = [far, plate()];
         let mut detection = Detection::new(&obstacles, 1);
         let mut contacts = Contacts::none(1);
-        detection.find(&obstacles, &[DVec3::Y * 0.002], &mut contacts);
+        find(
+            &mut detection,
+            &obstacles,
+            [DVec3::Y * 0.002],
+            &mut contacts,
+        );
         assert_eq!(contacts.list.len(), 1);
         assert!((contacts.list[0].distance - 0.002).abs() < 1e-12);
         contacts.grips[0].pressure = 1.0;
-        detection.find(&obstacles, &[DVec3::Y * 0.5], &mut contacts);
+        find(&mut detection, &obstacles, [DVec3::Y * 0.5], &mut contacts);
         assert!(contacts.list.is_empty() && contacts.grips[0] == Grip::default());
     }
 
@@ -244,14 +295,14 @@ mod tests {
         let mut detection = Detection::new(&obstacles, 1);
         let mut contacts = Contacts::none(1);
         let mut x = DVec3::new(0.0, 0.01, 0.0);
-        detection.find(&obstacles, &[x], &mut contacts);
+        find(&mut detection, &obstacles, [x], &mut contacts);
         x += DVec3::new(0.01, -0.02, 0.0);
-        detection.find(&obstacles, &[x], &mut contacts);
+        find(&mut detection, &obstacles, [x], &mut contacts);
         assert!(contacts.list[0].at != x, "stopped at the surface");
         x = contacts.list[0].at + DVec3::new(0.005, 0.0, 0.0);
         for _ in 0..5 {
             x += DVec3::new(0.005, 0.01, 0.0);
-            detection.find(&obstacles, &[x], &mut contacts);
+            find(&mut detection, &obstacles, [x], &mut contacts);
         }
         assert!(contacts.list.is_empty(), "{:?}", contacts.list);
     }

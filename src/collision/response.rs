@@ -19,16 +19,21 @@ pub struct Response {
     pub stopped: usize,
     /// Whether any particle was touched.
     pub moved: bool,
-    /// Kinetic energy taken with the approach, ½ Σ m vₙ² (J).
+    /// Kinetic energy taken with the approach, ½ Σ m vₙ² (J), as all here against the obstacle.
     pub approach: f64,
     /// Kinetic energy that friction took (J).
     pub friction: f64,
+    /// Work that moving obstacles did (J).
+    pub work: f64,
 }
 
 /// Stops particles where they met a surface, moves those that are inside out of it, and takes away
 /// the approach of all that came too close.
 ///
 /// v ← v − min(0, v·n) n;  vₜ ← vₜ max(0, 1 − μ Δvₙ / |vₜ|)
+///
+/// with v against the obstacle, of velocity w. Of the energy that the impulse J = m Δv gives, J · w is the
+/// obstacle's work, and the rest, which is negative, what impact and friction take.
 ///
 /// Restitution is 0. The way out is not turned into velocity, so that cloth that starts inside a
 /// body leaves it without being thrown. With `spread`, particles outside the surface but within the
@@ -61,13 +66,14 @@ pub fn respond(
         response.stopped += usize::from(met || contact.distance <= 0.0);
         response.moved = true;
         state.positions[i] = contact.at + slid + contact.normal * out;
-        let v = state.velocities[i];
+        let v = contact.against(state.velocities[i]);
         let approach = -v.dot(contact.normal);
         if approach > 0.0 {
             let tangential = v + contact.normal * approach;
             let (kept, sticks) = rub(tangential, contact.friction * approach);
-            state.velocities[i] = kept;
+            state.velocities[i] = kept + contact.velocity;
             let half = 0.5 * model.masses[i];
+            response.work += model.masses[i] * (kept - v).dot(contact.velocity);
             response.approach += half * approach * approach;
             response.friction += half * (tangential.length_squared() - kept.length_squared());
             let grip = &mut contacts.grips[i];
@@ -105,7 +111,7 @@ fn rub(tangential: DVec3, loss: f64) -> (DVec3, bool) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::collision::Contact;
+    use crate::collision::{Anchor, Contact};
 
     const MASSES: Masses<'_> = Masses {
         masses: &[0.1],
@@ -122,6 +128,9 @@ mod tests {
             gap,
             distance,
             friction: 0.5,
+            anchor: Anchor::default(),
+            velocity: DVec3::ZERO,
+            velocity_after: DVec3::ZERO,
             impulse: DVec3::ZERO,
         };
         contacts.list.push(contact);
@@ -149,6 +158,26 @@ mod tests {
         let (mut contacts, mut state) = one(-0.001, DVec3::new(0.4, -1.0, 0.0));
         respond(&mut contacts, MASSES, true, &mut state);
         assert!(contacts.grips[0].sticks && state.velocities[0] == DVec3::ZERO);
+    }
+
+    /// What happens on a moving obstacle is what happens on one at rest, seen from a moving place.
+    #[test]
+    fn a_moving_obstacle_takes_along_and_its_work_is_told() {
+        let wind = DVec3::new(-3.0, 1.0, 0.5);
+        for v in [DVec3::new(2.0, -1.0, 0.0), DVec3::new(0.4, -1.0, 0.0)] {
+            let (mut contacts, mut state) = one(-0.001, v);
+            let at_rest = respond(&mut contacts, MASSES, true, &mut state);
+            let (mut contacts, mut moved) = one(-0.001, v + wind);
+            contacts.list[0].velocity = wind;
+            let response = respond(&mut contacts, MASSES, true, &mut moved);
+            assert!((moved.velocities[0] - state.velocities[0] - wind).length() < 1e-15);
+            assert!((response.approach - at_rest.approach).abs() < 1e-15);
+            assert!((response.friction - at_rest.friction).abs() < 1e-15);
+            let gained =
+                0.05 * (moved.velocities[0].length_squared() - (v + wind).length_squared());
+            let told = response.work - response.approach - response.friction;
+            assert!((gained - told).abs() < 1e-15, "{gained} is not {told}");
+        }
     }
 
     #[test]

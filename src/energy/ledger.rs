@@ -3,9 +3,9 @@
 //! Every stage of a step books what it does, each as far as can be by a measure of its own:
 //!
 //! - dampings and moving pins by the work of their forces ([`super::DampingWork`], [`super::PinWork`]);
-//! - contact and friction inside a scheme's equations by their impulses, J · (x₁ − x₀)/dt; outside of them,
-//!   and strain limits, by the kinetic energy of each change of velocity, and by the potential before and
-//!   after their changes of position;
+//! - contact and friction inside a scheme's equations by their impulses, J · (x₁ − x₀)/dt against the
+//!   obstacle, whose own work is J · w; outside of them, and strain limits, by the kinetic energy of each
+//!   change of velocity, and by the potential before and after their changes of position;
 //! - the scheme by what the energy changed from a step's start to the end of its integration, less the
 //!   others that acted therein. It has no other measure: a part of the integration that nobody measures
 //!   is in it, and so are the errors of the works' quadratures. From a linear oscillator implicit Euler
@@ -29,6 +29,10 @@ pub const FRICTION: &str = "friction";
 pub const CONTACT: &str = "contact";
 /// Strain limiting.
 pub const STRAIN_LIMIT: &str = "strain_limit";
+/// Work of pins that move or let go.
+const PINS: &str = "pins";
+/// Work of obstacles that move.
+const OBSTACLES: &str = "obstacles";
 /// The scheme's own dissipation; negative where it adds energy.
 pub const SCHEME: &str = "scheme";
 
@@ -37,7 +41,7 @@ pub const SCHEME: &str = "scheme";
 pub struct Ledger {
     /// Total energy at the start (J).
     pub initial: f64,
-    /// Work done on the cloths by cause (J): by pins that move or let go.
+    /// Work done on the cloths by cause (J): by pins that move or let go, by obstacles that move.
     pub work: Vec<(&'static str, f64)>,
     /// Dissipated energy by cause (J), but for the scheme's.
     dissipated: Vec<(&'static str, f64)>,
@@ -67,6 +71,8 @@ pub struct Flows {
     pub friction: f64,
     /// Taken by contacts inside the equations, along their normals.
     pub contact: f64,
+    /// Given by moving obstacles inside the equations.
+    pub obstacles: f64,
 }
 
 /// The ledger closed at a state.
@@ -119,13 +125,12 @@ impl Ledger {
         if model.strain_limit.is_some() {
             causes.push(STRAIN_LIMIT);
         }
+        let pins = (!model.pins.are_still()).then_some(PINS);
+        let moves = model.obstacles.iter().any(|body| body.motion.is_some());
+        let works = pins.into_iter().chain(moves.then_some(OBSTACLES));
         let mut ledger = Self {
             initial: energies.total(),
-            work: if model.pins.are_still() {
-                Vec::new()
-            } else {
-                vec![("pins", 0.0)]
-            },
+            work: works.into_iter().map(|cause| (cause, 0.0)).collect(),
             dissipated: causes.into_iter().map(|cause| (cause, 0.0)).collect(),
             scheme: Self::is_booked_by_stage(model).then_some(0.0),
             outside: 0.0,
@@ -165,7 +170,7 @@ impl Ledger {
     /// Books what pins that let go added to the potential (J).
     pub fn release(&mut self, added: f64) {
         self.level.elastic += added;
-        self.book_pins(added);
+        self.book_work(PINS, added);
     }
 
     /// Books an integration that ended with some energies.
@@ -175,10 +180,11 @@ impl Ledger {
         }
         self.book(FRICTION, flows.friction);
         self.book(CONTACT, flows.contact);
-        self.book_pins(flows.pins);
+        self.book_work(PINS, flows.pins);
+        self.book_work(OBSTACLES, flows.obstacles);
         if let Some(scheme) = &mut self.scheme {
             let others = flows.dampings[0] + flows.dampings[1] + flows.friction + flows.contact;
-            *scheme += self.level.total() - now.total() + flows.pins - others;
+            *scheme += self.level.total() - now.total() + flows.pins + flows.obstacles - others;
         }
         self.level = now;
     }
@@ -187,6 +193,12 @@ impl Ledger {
     pub fn slowed(&mut self, cause: &'static str, taken: f64) {
         self.book(cause, taken);
         self.level.kinetic -= taken;
+    }
+
+    /// Books kinetic energy that moving obstacles gave outside the equations (J).
+    pub fn pushed(&mut self, given: f64) {
+        self.book_work(OBSTACLES, given);
+        self.level.kinetic += given;
     }
 
     /// Books the potential that changes of positions took, given what is left of it (J).
@@ -256,9 +268,10 @@ impl Ledger {
         }
     }
 
-    fn book_pins(&mut self, work: f64) {
-        for (_, booked) in &mut self.work {
-            *booked += work;
+    fn book_work(&mut self, cause: &'static str, joules: f64) {
+        let entry = self.work.iter_mut().find(|(name, _)| *name == cause);
+        if let Some((_, booked)) = entry {
+            *booked += joules;
         }
     }
 

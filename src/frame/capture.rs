@@ -66,7 +66,7 @@ impl Capture {
             obstacles: model
                 .obstacles
                 .iter()
-                .map(|o| obstacle_header(&o.name, &o.mesh))
+                .map(|obstacle| obstacle_header(&obstacle.name, &obstacle.shape.drawing()))
                 .collect(),
             series: series(simulation, capture.error)
                 .into_iter()

@@ -102,13 +102,15 @@ pub(super) fn aim(
 }
 
 impl Stage<'_> {
-    /// Velocity along its normal with which a contact's gap closes (m/s).
+    /// Velocity against the obstacle, along its normal, with which a contact's gap closes (m/s).
     fn closing(&self, contact: &Contact) -> f64 {
         let i = contact.particle;
         let ahead = contact
             .normal
             .dot(self.start.positions[i] - self.positions[i]);
-        (-contact.gap.max(0.0) * self.share - ahead) / self.gamma
+        let going = contact.normal.dot(contact.velocity);
+        let target = (self.dt * going - contact.gap.max(0.0)) * self.share;
+        (target - ahead) / self.gamma - going
     }
 }
 

@@ -36,8 +36,8 @@ pub(super) fn pressed<'a>(
     with_grip.filter(|(contact, grip)| grip.pressure > 0.0 && !model.is_pinned(contact.particle))
 }
 
-/// Sets the velocities that lasting contacts give: along their normal the one that closes the gap (m/s),
-/// and none across it where they stick.
+/// Sets the velocities that lasting contacts give: along their normal that of the obstacle and the one that
+/// closes the gap (m/s), and across it the obstacle's where they stick.
 pub(super) fn prescribe(
     model: &Model,
     contacts: &Contacts,
@@ -46,18 +46,19 @@ pub(super) fn prescribe(
 ) {
     for (contact, grip) in pressed(model, contacts) {
         let v = &mut velocities[contact.particle];
+        let against = contact.against(*v);
         let tangential = if grip.sticks {
             DVec3::ZERO
         } else {
-            *v - contact.normal * v.dot(contact.normal)
+            against - contact.normal * against.dot(contact.normal)
         };
-        *v = tangential + contact.normal * closing(contact);
+        *v = contact.velocity + tangential + contact.normal * closing(contact);
     }
 }
 
 /// What the constraints had to supply says how each contact goes on: `missing` is what was left of the
 /// equation, of which one step's impulse is `scale` times as much with its sign turned. A contact that
-/// lets go leaves its particle no velocity towards the surface: that was the constraint's own pull.
+/// lets go leaves its particle no velocity towards the obstacle: that was the constraint's own pull.
 pub(super) fn update_grips(
     model: &Model,
     contacts: &mut Contacts,
@@ -76,9 +77,10 @@ pub(super) fn update_grips(
             } else {
                 contact.normal * impulse.dot(contact.normal) + grip.drag
             };
-            grips[i] = regrip(contact, grip, impulse, *v);
+            let against = contact.against(*v);
+            grips[i] = regrip(contact, grip, impulse, against);
             if grips[i].pressure == 0.0 {
-                let pull = contact.normal * v.dot(contact.normal).min(0.0);
+                let pull = contact.normal * against.dot(contact.normal).min(0.0);
                 *v -= pull;
                 contact.impulse -= pull * model.masses[i];
             }
@@ -89,7 +91,8 @@ pub(super) fn update_grips(
 /// Reads from the impulse that a constraint supplied how the contact goes on.
 ///
 /// A contact that would have to pull lets go. Friction holds while |tangential impulse| ≤ μ pressure, and
-/// otherwise drags with μ pressure against the motion that the pull, or the velocity, asks for.
+/// otherwise drags with μ pressure against the motion that the pull, or the velocity against the obstacle,
+/// asks for.
 fn regrip(contact: &Contact, grip: Grip, impulse: DVec3, velocity: DVec3) -> Grip {
     let pressure = impulse.dot(contact.normal);
     if pressure <= 0.0 {

@@ -121,8 +121,8 @@ impl Scheme for ImplicitEuler {
         state: &mut State,
     ) -> Solve {
         state.copy_from(before);
-        // Driven pins do work, whose part in what is made isn't known here.
-        if model.driven().next().is_some() {
+        // Driven pins and moving obstacles do work, whose part in what is made isn't known here.
+        if model.driven().next().is_some() || contacts.any_moves() {
             return self.step(model, contacts, dt, state);
         }
         self.surplus.begin(contacts);

@@ -82,11 +82,12 @@ impl ImplicitMidpoint {
         // A contact's velocity is what the constraint gives, not twice that less the old one.
         for (contact, grip) in pressed(model, contacts) {
             let (i, n) = (contact.particle, contact.normal);
-            let (middle, v) = (self.middle[i], &mut state.velocities[i]);
+            let v = &mut state.velocities[i];
+            let given = contact.velocity_after + contact.against(self.middle[i]);
             *v = if grip.sticks {
-                middle
+                given
             } else {
-                *v + n * n.dot(middle - *v)
+                *v + n * n.dot(given - *v)
             };
         }
         solve
@@ -124,7 +125,7 @@ impl Scheme for ImplicitMidpoint {
         let solve = self.step(model, contacts, dt, state);
         let elastic_after = elastic(model, state);
         let mut made = self.made(dt, [elastic_before, elastic_after]);
-        if !solve.converged && model.driven().next().is_none() {
+        if !solve.converged && model.driven().next().is_none() && !contacts.any_moves() {
             // What is left of the equation has made motion that no force explains.
             let gained = moving(state) - moving_before + elastic_after - elastic_before;
             made = if gained > made { gained } else { made };

@@ -112,7 +112,7 @@ impl<S: Scheme + 'static> Scheme for Retry<S> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::collision::{Contact, Grip};
+    use crate::collision::{Anchor, Contact, Grip};
     use crate::scene;
     use glam::DVec3;
 
@@ -162,6 +162,9 @@ mod tests {
             gap: 0.25,
             distance: 0.5,
             friction: 0.0,
+            anchor: Anchor::default(),
+            velocity: DVec3::ZERO,
+            velocity_after: DVec3::ZERO,
             impulse: DVec3::ZERO,
         });
         let mut before = state.clone();

@@ -27,6 +27,17 @@ pub struct Nearest {
     pub distance: f64,
 }
 
+impl Nearest {
+    /// A point with its normal, and how far it is.
+    pub fn new(point: DVec3, normal: DVec3, distance: f64) -> Self {
+        Self {
+            point,
+            normal,
+            distance,
+        }
+    }
+}
+
 /// Below this distance (m) the direction from the surface to the point is rounding noise, and the
 /// surface's own pseudo-normal is taken: at 1 m from the origin positions carry 2e-16 m, so 1e-9 m
 /// still has seven good digits.

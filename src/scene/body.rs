@@ -1,12 +1,14 @@
 //! Reading the obstacles of a scene.
 
 use super::fault::SceneError;
+use super::hold::rigid;
 use super::load::LoadedScene;
 use super::place::place;
 use super::read_mesh::ReadMesh;
-use super::schema::{self, ObstacleShape};
-use crate::collision::Obstacle;
+use super::schema::{self, ObjShape, ObstacleMotion, ObstacleShape};
+use crate::collision::{BodyMotion, Obstacle, Solid};
 use crate::mesh::{self, Surface};
+use glam::DVec3;
 
 /// Reads, repairs and places an obstacle; what was repaired is added to `notes`.
 pub(super) fn read_obstacle(
@@ -15,7 +17,51 @@ pub(super) fn read_obstacle(
     obstacle: &schema::Obstacle,
     notes: &mut Vec<String>,
 ) -> Result<Obstacle, SceneError> {
-    let ObstacleShape::Obj(shape) = &obstacle.shape;
+    let placed = |x: [f64; 3]| {
+        let mut points = [DVec3::from_array(x)];
+        place(&mut points, obstacle.rotate, obstacle.translate);
+        points[0]
+    };
+    let shape = match &obstacle.shape {
+        ObstacleShape::Obj(shape) => read_body(loaded, i, obstacle, shape, notes)?,
+        ObstacleShape::Plane(plane) => {
+            let (origin, tip) = (placed([0.0; 3]), placed(plane.normal));
+            Solid::Plane {
+                point: placed(plane.point),
+                normal: (tip - origin).normalize_or(DVec3::Y),
+            }
+        }
+        ObstacleShape::Sphere(sphere) => Solid::Sphere {
+            center: placed(sphere.center),
+            radius: sphere.radius,
+        },
+    };
+    let motion = obstacle.motion.as_ref().map(|motion| match motion {
+        ObstacleMotion::Keyframes(keys) => BodyMotion::Rigid(rigid(keys), center(&shape)),
+    });
+    let schema::Obstacle {
+        name,
+        friction,
+        thickness,
+        ..
+    } = obstacle.clone();
+    Ok(Obstacle {
+        name,
+        shape,
+        motion,
+        friction,
+        thickness,
+    })
+}
+
+/// A closed mesh, turned outward and placed.
+fn read_body(
+    loaded: &LoadedScene,
+    i: usize,
+    obstacle: &schema::Obstacle,
+    shape: &ObjShape,
+    notes: &mut Vec<String>,
+) -> Result<Solid, SceneError> {
     let mut read = ReadMesh::new(loaded, &format!("obstacle.{i}.shape"), shape)?;
     if let Some(edge) = mesh::open_edge(&read.mesh) {
         return Err(read.error(format!(
@@ -31,17 +77,17 @@ pub(super) fn read_obstacle(
     notes.extend(read.note());
     let surface =
         Surface::new(&read.mesh).ok_or_else(|| read.error("holds no triangles".to_owned()))?;
-    let schema::Obstacle {
-        name,
-        friction,
-        thickness,
-        ..
-    } = obstacle.clone();
-    Ok(Obstacle {
-        name,
+    Ok(Solid::Mesh {
         mesh: read.mesh,
         surface,
-        friction,
-        thickness,
     })
+}
+
+/// What an obstacle turns about: the middle of the box around it, or a plane's point (m).
+fn center(shape: &Solid) -> DVec3 {
+    match shape {
+        Solid::Mesh { mesh, .. } => mesh.bounds().map_or(DVec3::ZERO, |(a, b)| 0.5 * (a + b)),
+        Solid::Plane { point, .. } => *point,
+        Solid::Sphere { center, .. } => *center,
+    }
 }

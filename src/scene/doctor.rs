@@ -51,7 +51,7 @@ pub fn model_list(scene: &Scene, model: &Model) -> String {
             text,
             "- obstacle {}: {} triangles, thickness {} m, friction {}",
             obstacle.name,
-            obstacle.mesh.triangles.len(),
+            obstacle.shape.triangles(),
             obstacle.thickness,
             obstacle.friction
         );

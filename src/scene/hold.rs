@@ -54,7 +54,7 @@ impl Holds {
         let places = selected.iter().map(|&vertex| positions[vertex as usize]);
         let low = places.clone().reduce(DVec3::min).unwrap_or_default();
         let high = places.reduce(DVec3::max).unwrap_or_default();
-        let motion = pin.motion.as_ref().map(motion);
+        let motion = pin.motion.as_ref().map(|motion| rigid(&motion.keyframes));
         let drive = motion.map(|motion| self.drive(motion, 0.5 * (low + high)));
         for &vertex in selected {
             let hold = &mut self.each[first + vertex as usize];
@@ -141,8 +141,9 @@ impl Releases {
     }
 }
 
-fn motion(motion: &schema::PinMotion) -> Motion {
-    let keys = motion.keyframes.iter().map(|key| Keyframe {
+/// The rigid motion through keyframes.
+pub(super) fn rigid(keyframes: &[schema::Keyframe]) -> Motion {
+    let keys = keyframes.iter().map(|key| Keyframe {
         time: key.t,
         translate: DVec3::from_array(key.translate),
         rotate: DVec3::from_array(key.rotate.map(f64::to_radians)),

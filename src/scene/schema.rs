@@ -229,8 +229,8 @@ pub struct Keyframe {
     /// How far it has moved (m).
     #[serde(default)]
     pub translate: [f64; 3],
-    /// By how much it has turned: degrees about x, then y, then z, about the middle of the box around
-    /// its particles at the start. 720 is twice around.
+    /// By how much it has turned: degrees about x, then y, then z, about the middle of the box around it
+    /// (of a pin, around its particles) at the start. 720 is twice around.
     #[serde(default)]
     pub rotate: [f64; 3],
 }
@@ -270,6 +270,8 @@ pub struct Obstacle {
     /// Distance that cloth keeps from its surface (m).
     #[serde(default = "thickness")]
     pub thickness: f64,
+    /// How it moves; it holds still otherwise.
+    pub motion: Option<ObstacleMotion>,
 }
 
 /// The shape of an obstacle.
@@ -278,6 +280,41 @@ pub struct Obstacle {
 pub enum ObstacleShape {
     /// A closed triangle mesh.
     Obj(ObjShape),
+    /// Everything below a plane.
+    Plane(PlaneShape),
+    /// A ball.
+    Sphere(SphereShape),
+}
+
+/// A plane without end.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct PlaneShape {
+    /// A point of it (m).
+    #[serde(default)]
+    pub point: [f64; 3],
+    /// Its normal, of any length, on the cloth's side.
+    pub normal: [f64; 3],
+}
+
+/// A ball.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct SphereShape {
+    /// Its centre (m).
+    #[serde(default)]
+    pub center: [f64; 3],
+    /// Its radius (m).
+    pub radius: f64,
+}
+
+/// How an obstacle moves.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ObstacleMotion {
+    /// As one piece. It goes smoothly from each keyframe to the next without overshooting, and rests before
+    /// the first and after the last.
+    Keyframes(Vec<Keyframe>),
 }
 
 /// A triangle mesh in an OBJ file.

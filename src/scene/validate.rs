@@ -2,10 +2,11 @@
 
 use super::fault::Fault;
 use super::schema::{
-    BendingName, BlockShape, ChainShape, Cloth, ObjShape, Obstacle, ObstacleShape, Pin, Scene,
-    Shape, SheetShape, Solver, SpringKind,
+    BendingName, BlockShape, ChainShape, Cloth, Keyframe, ObjShape, Obstacle, ObstacleMotion,
+    ObstacleShape, Pin, PlaneShape, Scene, Shape, SheetShape, Solver, SphereShape, SpringKind,
 };
 use super::step::Step;
+use glam::DVec3;
 
 /// Checks every value that parsing can't.
 pub(super) fn check(scene: &Scene) -> Result<(), Fault> {
@@ -258,16 +259,19 @@ fn check_pin(at: &str, pin: &Pin) -> Result<(), Fault> {
     if let Some(release) = pin.release {
         positive(&format!("{at}.release"), release)?;
     }
-    let Some(motion) = &pin.motion else {
-        return Ok(());
-    };
-    let at = format!("{at}.motion.keyframes");
-    if motion.keyframes.is_empty() {
+    match &pin.motion {
+        Some(motion) => check_keyframes(&format!("{at}.motion.keyframes"), &motion.keyframes),
+        None => Ok(()),
+    }
+}
+
+fn check_keyframes(at: &str, keyframes: &[Keyframe]) -> Result<(), Fault> {
+    if keyframes.is_empty() {
         let cause = "is empty; give at least one { t, translate, rotate }, or remove motion";
         return Err(Fault::new(at, cause));
     }
     let mut last = None;
-    for (k, key) in motion.keyframes.iter().enumerate() {
+    for (k, key) in keyframes.iter().enumerate() {
         not_negative(&format!("{at}.{k}.t"), key.t)?;
         finite(&format!("{at}.{k}.translate"), &key.translate)?;
         finite(&format!("{at}.{k}.rotate"), &key.rotate)?;
@@ -284,8 +288,30 @@ fn check_pin(at: &str, pin: &Pin) -> Result<(), Fault> {
 }
 
 fn check_obstacle(at: &str, obstacle: &Obstacle) -> Result<(), Fault> {
-    let ObstacleShape::Obj(ObjShape { scale, .. }) = &obstacle.shape;
-    positive(&format!("{at}.shape.obj.scale"), *scale)?;
+    match &obstacle.shape {
+        ObstacleShape::Obj(ObjShape { scale, .. }) => {
+            positive(&format!("{at}.shape.obj.scale"), *scale)?;
+        }
+        ObstacleShape::Plane(PlaneShape { point, normal }) => {
+            finite(&format!("{at}.shape.plane.point"), point)?;
+            finite(&format!("{at}.shape.plane.normal"), normal)?;
+            if DVec3::from_array(*normal).try_normalize().is_none() {
+                let cause =
+                    "has no direction; give the side that the cloth is on, such as [0, 1, 0]";
+                return Err(Fault::new(format!("{at}.shape.plane.normal"), cause));
+            }
+        }
+        ObstacleShape::Sphere(SphereShape { center, radius }) => {
+            finite(&format!("{at}.shape.sphere.center"), center)?;
+            positive(&format!("{at}.shape.sphere.radius"), *radius)?;
+        }
+    }
+    match &obstacle.motion {
+        Some(ObstacleMotion::Keyframes(keys)) => {
+            check_keyframes(&format!("{at}.motion.keyframes"), keys)?;
+        }
+        None => {}
+    }
     finite(&format!("{at}.translate"), &obstacle.translate)?;
     finite(&format!("{at}.rotate"), &obstacle.rotate)?;
     not_negative(&format!("{at}.friction"), obstacle.friction)?;

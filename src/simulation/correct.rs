@@ -89,11 +89,13 @@ impl Simulation {
         let Some(limit) = &model.strain_limit else {
             return Limited::default();
         };
+        // At first the contacts are those that the step began with.
+        let ago = if with_velocity { *dt } else { 0.0 };
         stats.times.time(Stage::LimitStrain, || {
             unlimited.copy_from_slice(&state.positions);
             walls.fill(Wall::default());
             for contact in &contacts.list {
-                walls[contact.particle] = contact.wall();
+                walls[contact.particle] = contact.wall(ago);
             }
             let limited = limit.apply(&mut state.positions, &model.inverse_masses, walls);
             if limited.passes == 0 {
@@ -121,13 +123,14 @@ impl Simulation {
             model,
             state,
             contacts,
+            bodies,
             detection,
             stats,
             ..
         } = self;
         stats.times.time(Stage::DetectContacts, || {
             let cloth = &state.positions[..model.cloth_particles()];
-            detection.find(&model.obstacles, cloth, contacts);
+            detection.find(&model.obstacles, bodies, cloth, contacts);
         });
     }
 
@@ -157,6 +160,7 @@ impl Simulation {
             }
             ledger.slowed(CONTACT, response.approach);
             ledger.slowed(FRICTION, response.friction);
+            ledger.pushed(response.work);
             response
         })
     }

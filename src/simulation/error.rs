@@ -189,6 +189,7 @@ impl Simulation {
         self.contacts.copy_from(&other.contacts);
         self.contacts.scale_grips(self.dt / other.dt);
         self.detection.clone_from(&other.detection);
+        self.bodies.clone_from(&other.bodies);
         self.ledger.copy_from(&other.ledger);
         self.budget.clone_from(&other.budget);
         self.sensible_strain = other.sensible_strain;

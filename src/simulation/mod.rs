@@ -24,7 +24,7 @@ pub use step_length::{AUTO_SHARE, NoStableStep, step_length, sweep_compliance};
 
 use budget::{Budget, STEPS};
 
-use crate::collision::{Contacts, Detection};
+use crate::collision::{Bodies, Contacts, Detection};
 use crate::energy::{Balance, DampingWork, Energies, Flows, Ledger, PinWork, potential};
 use crate::integrator::{Integrator, Scheme};
 use crate::linear::{Solve, awake};
@@ -47,6 +47,7 @@ pub struct Simulation {
     /// Time of the first state (s).
     start: f64,
     contacts: Contacts,
+    bodies: Bodies,
     detection: Detection,
     ledger: Ledger,
     /// The ledger before the current step.
@@ -98,6 +99,7 @@ impl Simulation {
             before: state.clone(),
             scheme: integrator.scheme(&model),
             contacts: model.no_contacts(),
+            bodies: Bodies::new(&model.obstacles, state.time),
             detection: Detection::new(&model.obstacles, model.cloth_particles()),
             sensible_strain: divergence::sensible_strain(&model, &state),
             booked: Ledger::open(&model, &state),
@@ -130,11 +132,12 @@ impl Simulation {
     fn step_awake(&mut self) -> Result<StepStats, Diverged> {
         self.begin_ledger();
         self.release_pins();
+        self.move_obstacles();
         let (solve, flows) = self.integrate();
         let mut survey = self.survey();
         self.check_finite(&survey, Stage::Integrate)?;
         self.check_solved(solve)?;
-        self.budget.grant(flows.pins);
+        self.budget.grant(flows.pins + flows.obstacles);
         self.check_strain(&survey)?;
         self.ledger.integrated(flows, survey.energy);
         let limited = self.correct(&mut survey)?;
@@ -217,6 +220,13 @@ impl Simulation {
         }
     }
 
+    /// Moves the obstacles to where they are at the step's end; contacts learn how fast they go.
+    fn move_obstacles(&mut self) {
+        let end = self.next_time();
+        self.bodies.begin_step(&self.model.obstacles, end);
+        self.contacts.begin_step(&self.bodies, self.dt);
+    }
+
     /// Advances the state by the scheme, and measures what acted within: over the whole step, or over each
     /// of those that the scheme takes on its own.
     fn integrate(&mut self) -> (Solve, Flows) {
@@ -260,7 +270,8 @@ impl Simulation {
             let mut flows = seen.unwrap_or_default();
             for contact in &contacts.list {
                 let i = contact.particle;
-                let mean = (state.positions[i] - before.positions[i]) / *dt;
+                let mean = contact.against((state.positions[i] - before.positions[i]) / *dt);
+                flows.obstacles += contact.impulse.dot(contact.velocity);
                 let along = contact.normal.dot(contact.impulse) * contact.normal.dot(mean);
                 flows.contact -= along;
                 flows.friction -= contact.impulse.dot(mean) - along;
@@ -312,6 +323,11 @@ impl Simulation {
     /// The contacts of the state.
     pub fn contacts(&self) -> &Contacts {
         &self.contacts
+    }
+
+    /// The obstacles as they stand.
+    pub fn bodies(&self) -> &Bodies {
+        &self.bodies
     }
 
     /// The energy ledger.

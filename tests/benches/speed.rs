@@ -2,7 +2,7 @@
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use glam::DVec3;
-use muslin::collision::{Contacts, Detection};
+use muslin::collision::{Bodies, Contacts, Detection};
 use muslin::force::Force;
 use muslin::integrator::{Integrator, Linear};
 use muslin::scene::{self, LoadedScene};
@@ -122,10 +122,11 @@ fn contact(criterion: &mut Criterion) {
     group.bench_function("nearest point", |bencher| {
         bencher.iter(|| {
             for &p in positions {
-                black_box(obstacles[0].surface.nearest(p, f64::MAX));
+                black_box(obstacles[0].shape.nearest(p, f64::MAX));
             }
         });
     });
+    let bodies = Bodies::new(obstacles, 0.0);
     let mut detection = Detection::new(obstacles, positions.len());
     let mut contacts = Contacts::none(positions.len());
     let mut moved = positions.clone();
@@ -134,7 +135,7 @@ fn contact(criterion: &mut Criterion) {
         bencher.iter(|| {
             moved.iter_mut().for_each(|x| x.x += side);
             side = -side;
-            detection.find(obstacles, &moved, &mut contacts);
+            detection.find(obstacles, &bodies, &moved, &mut contacts);
         });
     });
     group.finish();

@@ -18,7 +18,7 @@ pub fn fingerprint(scene: &Scene, model: &Model, state: &State) -> u64 {
     hash.add_points(&model.rest);
     hash.add_points(&state.positions);
     for obstacle in &model.obstacles {
-        hash.add_points(&obstacle.mesh.positions);
+        hash.add_points(&obstacle.shape.drawing().positions);
     }
     hash.0
 }
