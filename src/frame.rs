@@ -4,9 +4,13 @@
 //! From here on everything is `f32`, except for times, energies and the checkpoint. [`Capture`] takes
 //! frames from a simulation.
 
+mod audited;
 mod capture;
+mod series;
 
-pub use capture::{Capture, mean_strain};
+pub use audited::Audited;
+pub use capture::Capture;
+pub use series::mean_strain;
 
 /// What stays the same in every frame of a run; recorded once, before the first frame.
 #[derive(Clone, Debug, Default)]
@@ -25,7 +29,7 @@ pub struct Header {
     pub spring_detail: SpringDetail,
     /// The cloths, in the order of [`Frame::cloths`].
     pub cloths: Vec<ClothHeader>,
-    /// The obstacles at rest.
+    /// The obstacles where they start.
     pub obstacles: Vec<ObstacleHeader>,
     /// The time series, in the order of [`Frame::values`].
     pub series: Vec<Series>,
@@ -81,7 +85,9 @@ pub struct SpringFamily {
 pub struct ObstacleHeader {
     /// The obstacle's name, unique in the scene.
     pub name: String,
-    /// Vertex positions (m).
+    /// Whether it moves: then every frame has its positions.
+    pub moves: bool,
+    /// Vertex positions at the start (m).
     pub positions: Vec<[f32; 3]>,
     /// Vertex indices of one triangle an entry, counter-clockwise seen from outside.
     pub triangles: Vec<[u32; 3]>,
@@ -100,6 +106,10 @@ pub struct Frame {
     pub cloths: Vec<ClothFrame>,
     /// Particles that touch an obstacle.
     pub contacts: Vec<ContactMark>,
+    /// Vertex positions (m) of each obstacle that moves.
+    pub obstacles: Vec<Option<Vec<[f32; 3]>>>,
+    /// Where cloth is inside an obstacle or crosses something (m).
+    pub penetrations: Vec<[f32; 3]>,
     /// Energies, strains, contact and solver figures: one value a series of [`Header::series`].
     pub values: Vec<f64>,
     /// Springs by strain.

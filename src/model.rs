@@ -7,11 +7,12 @@ mod pins;
 pub use memory::Memory;
 pub use pins::{Drive, Pins, Release};
 
-use crate::collision::{Contacts, Obstacle};
+use crate::collision::{Contacts, Obstacle, SelfCollision};
 use crate::force::{
     Damping, DiscreteShell, EdgeSpring, Force, ForcePass, Gravity, Hinge, HingeBatch, HingeDamping,
     MassDamping, SpringBatch, SpringDamping, Stiffness, largest_stretch_squared,
 };
+use crate::mesh::edge_uses;
 use crate::strain_limit::StrainLimit;
 use glam::DVec3;
 use std::ops::Range;
@@ -48,6 +49,8 @@ pub struct Model {
     pub strain_limit: Option<StrainLimit>,
     /// What the cloth collides with.
     pub obstacles: Vec<Obstacle>,
+    /// How cloth collides with cloth.
+    pub self_collision: Option<SelfCollision>,
 }
 
 /// One cloth of a model.
@@ -157,6 +160,21 @@ impl Model {
         squares
             .reduce(f64::max)
             .map_or(0.0, |square| square.sqrt() - 1.0)
+    }
+
+    /// Every edge of the cloths' triangles, and the links of what has none.
+    pub fn edges(&self) -> Vec<[u32; 2]> {
+        let mut edges = Vec::new();
+        for cloth in &self.cloths {
+            if cloth.triangles.is_empty() {
+                let links = self.springs.iter().filter(|batch| batch.family != "bend");
+                let ends = links.flat_map(|batch| batch.springs.iter().map(|spring| spring.ends));
+                edges.extend(ends.filter(|[i, _]| cloth.particles.contains(&(*i as usize))));
+            } else {
+                edges.extend(edge_uses(&cloth.triangles).into_keys());
+            }
+        }
+        edges
     }
 
     /// Name of a particle's cloth and the particle's number in it.

@@ -4,7 +4,7 @@
 //! recorder is slower, the channel fills and the simulation waits: recording can slow a run down,
 //! but never change it. When the recorder fails, the run ends with its error.
 
-use crate::frame::{Capture, Event, Frame, Level};
+use crate::frame::{Audited, Capture, Event, Frame, Level};
 use crate::recorder::{RecordError, Recorded, Recorder};
 use crate::simulation::{Diverged, ErrorEstimate, Simulation};
 use crossbeam_channel::{Sender, bounded};
@@ -47,6 +47,8 @@ pub struct Finished {
     pub diverged: Option<Diverged>,
     /// The error of its time step, if it was estimated.
     pub error: Option<ErrorEstimate>,
+    /// What the audit of contact found, if there is contact.
+    pub audited: Option<Audited>,
     /// Whether it was stopped from outside.
     pub stopped: bool,
     /// Wall time spent in steps.
@@ -134,6 +136,7 @@ pub fn run(
     let Stepped {
         simulation,
         error,
+        audited,
         diverged,
         stepping,
     } = stepped;
@@ -143,6 +146,7 @@ pub fn run(
         recorded: recorded?,
         diverged,
         error,
+        audited,
         stopped,
         stepping,
         wall: start.elapsed(),
@@ -180,6 +184,7 @@ struct Run<'a> {
 struct Stepped {
     simulation: Simulation,
     error: Option<ErrorEstimate>,
+    audited: Option<Audited>,
     diverged: Option<Diverged>,
     stepping: Duration,
 }
@@ -224,6 +229,7 @@ impl Run<'_> {
         Stepped {
             simulation: self.simulation,
             error: self.error,
+            audited: self.capture.audited(),
             diverged,
             stepping: self.stepping,
         }

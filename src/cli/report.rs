@@ -31,11 +31,7 @@ pub(super) fn report(scene: &str, threads: usize, finished: &Finished) -> Value 
         "dropped_live_frames": finished.recorded.dropped_live_frames,
         "energy": energy(finished),
         "strain": { "max": stats.strain, "max_ever": stats.strain_ever, "mean": mean_strain(simulation) },
-        "contact": {
-            "max_depth_m": stats.depth,
-            "max_depth_ever_m": stats.depth_ever,
-            "count": simulation.contacts().list.len(),
-        },
+        "contact": contact(finished),
         "solver": { "iterations": stats.iterations, "unconverged_solves": stats.unsolved, "damped_steps": stats.damped, "strain_limit_passes": stats.limit_passes },
         "peak_kinetic_j": stats.kinetic_peak,
         "outcome": outcome(finished),
@@ -48,6 +44,29 @@ pub(super) fn report(scene: &str, threads: usize, finished: &Finished) -> Value 
         fields.insert("divergence".to_owned(), divergence(diverged));
     }
     report
+}
+
+/// What contact did, and what the audit of the recorded frames found.
+fn contact(finished: &Finished) -> Value {
+    let simulation = &finished.simulation;
+    let stats = simulation.stats();
+    let mut contact = json!({
+        "max_depth_m": stats.depth,
+        "max_depth_ever_m": stats.depth_ever,
+        "count": simulation.contacts().list.len(),
+    });
+    if let (Some(audited), Some(fields)) = (&finished.audited, contact.as_object_mut()) {
+        let found = json!({
+            "frames": audited.frames,
+            "bad_frames": audited.bad_frames,
+            "max_depth_m": audited.depth,
+            "max_inside": audited.inside,
+            "max_crossings": audited.crossings,
+            "max_cloth_crossings": audited.cloth_crossings,
+        });
+        fields.insert("audit".to_owned(), found);
+    }
+    contact
 }
 
 /// What the time step is estimated to have cost in accuracy.

@@ -1,6 +1,6 @@
 //! Where obstacles are, and how far they go in a step.
 
-use super::obstacle::{BodyMotion, Obstacle};
+use super::obstacle::{BodyMotion, Obstacle, Solid};
 use crate::mesh::Nearest;
 use crate::motion::Placement;
 use glam::DVec3;
@@ -24,6 +24,8 @@ enum Body {
         center: DVec3,
         from: Placement,
         to: Placement,
+        /// A mesh's vertices (m) at the start of the step and at its end.
+        vertices: [Vec<DVec3>; 2],
     },
 }
 
@@ -41,11 +43,16 @@ impl Bodies {
     pub fn new(obstacles: &[Obstacle], time: f64) -> Self {
         let body = |obstacle: &Obstacle| match &obstacle.motion {
             None => Body::Resting,
-            Some(BodyMotion::Rigid(motion, center)) => Body::Rigid {
-                center: *center,
-                from: motion.at(time),
-                to: motion.at(time),
-            },
+            Some(BodyMotion::Rigid(motion, center)) => {
+                let to = motion.at(time);
+                let vertices = moved(obstacle, to, *center);
+                Body::Rigid {
+                    center: *center,
+                    from: to,
+                    to,
+                    vertices: [vertices.clone(), vertices],
+                }
+            }
         };
         Self {
             list: obstacles.iter().map(body).collect(),
@@ -63,11 +70,17 @@ impl Bodies {
     pub fn begin_step(&mut self, obstacles: &[Obstacle], end: f64) {
         self.time = end;
         for (body, obstacle) in self.list.iter_mut().zip(obstacles) {
-            if let (Body::Rigid { from, to, .. }, Some(BodyMotion::Rigid(motion, _))) =
-                (body, &obstacle.motion)
+            let Some(BodyMotion::Rigid(motion, center)) = &obstacle.motion else {
+                continue;
+            };
+            if let Body::Rigid {
+                from, to, vertices, ..
+            } = body
             {
                 *from = *to;
                 *to = motion.at(end);
+                vertices.swap(0, 1);
+                move_to(obstacle, *to, *center, &mut vertices[1]);
             }
         }
     }
@@ -85,6 +98,15 @@ impl Bodies {
         match &self.list[obstacle] {
             Body::Resting => start,
             Body::Rigid { center, to, .. } => to.of(start, *center)[0],
+        }
+    }
+
+    /// A mesh's vertices now (m); none of other shapes.
+    pub fn vertices<'a>(&'a self, obstacles: &'a [Obstacle], obstacle: usize) -> &'a [DVec3] {
+        match (&self.list[obstacle], &obstacles[obstacle].shape) {
+            (Body::Rigid { vertices, .. }, _) => &vertices[1],
+            (Body::Resting, Solid::Mesh { mesh, .. }) => &mesh.positions,
+            _ => &[],
         }
     }
 
@@ -116,9 +138,27 @@ impl Bodies {
     pub fn travel(&self, anchor: &Anchor) -> DVec3 {
         match &self.list[anchor.obstacle] {
             Body::Resting => DVec3::ZERO,
-            Body::Rigid { center, from, to } => {
-                to.of(anchor.start, *center)[0] - from.of(anchor.start, *center)[0]
-            }
+            Body::Rigid {
+                center, from, to, ..
+            } => to.of(anchor.start, *center)[0] - from.of(anchor.start, *center)[0],
+        }
+    }
+}
+
+/// A mesh's vertices (m) as a rigid motion has placed them.
+fn moved(obstacle: &Obstacle, to: Placement, center: DVec3) -> Vec<DVec3> {
+    let mut vertices = match &obstacle.shape {
+        Solid::Mesh { mesh, .. } => mesh.positions.clone(),
+        Solid::Plane { .. } | Solid::Sphere { .. } => Vec::new(),
+    };
+    move_to(obstacle, to, center, &mut vertices);
+    vertices
+}
+
+fn move_to(obstacle: &Obstacle, to: Placement, center: DVec3, vertices: &mut [DVec3]) {
+    if let Solid::Mesh { mesh, .. } = &obstacle.shape {
+        for (vertex, start) in vertices.iter_mut().zip(&mesh.positions) {
+            *vertex = to.of(*start, center)[0];
         }
     }
 }

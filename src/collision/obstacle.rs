@@ -19,6 +19,15 @@ pub struct Obstacle {
     pub thickness: f64,
 }
 
+/// How cloth collides with itself and with other cloth.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SelfCollision {
+    /// Distance that layers keep (m).
+    pub thickness: f64,
+    /// Coulomb's friction coefficient μ between them.
+    pub friction: f64,
+}
+
 /// The shape of an obstacle.
 #[derive(Clone, Debug)]
 #[expect(clippy::large_enum_variant, reason = "a scene has a handful")]

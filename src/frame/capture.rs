@@ -1,9 +1,11 @@
 //! Taking frames from a simulation.
 
+use super::series::series;
 use super::{
-    Checkpoint, ClothCheckpoint, ClothFrame, ClothHeader, ContactMark, Event, Frame, Header,
-    Histogram, ObstacleHeader, Series, SpringDetail, SpringFamily,
+    Audited, Checkpoint, ClothCheckpoint, ClothFrame, ClothHeader, ContactMark, Event, Frame,
+    Header, Histogram, ObstacleHeader, Series, SpringDetail, SpringFamily,
 };
+use crate::collision::{Audit, Findings, Obstacle};
 use crate::mesh::TriMesh;
 use crate::model::Cloth;
 use crate::scene::{LoadedScene, SpringDetailName, model_list};
@@ -11,7 +13,7 @@ use crate::simulation::Simulation;
 use glam::DVec3;
 
 /// Takes frames; knows which springs belong to which cloth.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct Capture {
     /// Per cloth, per family of its header: the model's batch and the springs in it.
     springs: Vec<Vec<(usize, Vec<usize>)>>,
@@ -20,6 +22,11 @@ pub struct Capture {
     frames: u64,
     /// Releases of pins that had happened when the header was made.
     released: usize,
+    /// Measures what contact has failed to keep apart; none without contact.
+    audit: Option<Audit>,
+    audited: Audited,
+    /// What is drawn of each obstacle where it starts.
+    drawings: Vec<TriMesh>,
     /// Error of the time step (m): not a number before it is known, `None` where nobody asks.
     error: Option<f64>,
 }
@@ -37,7 +44,22 @@ impl Capture {
             .iter()
             .map(|cloth| springs_of(cloth, simulation))
             .collect();
-        let capture = Self {
+        let obstacles = &model.obstacles;
+        let has_contact = !obstacles.is_empty() || model.self_collision.is_some();
+        let with_self = model.self_collision.is_some();
+        let triangles = || model.cloths.iter().flat_map(|cloth| &cloth.triangles);
+        let audit = || {
+            Audit::new(
+                triangles().copied().collect(),
+                model.edges(),
+                obstacles,
+                with_self,
+            )
+        };
+        let mut capture = Self {
+            audit: has_contact.then(audit),
+            audited: Audited::default(),
+            drawings: obstacles.iter().map(|o| o.shape.drawing()).collect(),
             springs,
             strain_range: record.strain_range,
             frames: 0,
@@ -63,12 +85,12 @@ impl Capture {
                 .zip(&capture.springs)
                 .map(|(c, s)| cloth_header(c, s, simulation))
                 .collect(),
-            obstacles: model
-                .obstacles
+            obstacles: obstacles
                 .iter()
-                .map(|obstacle| obstacle_header(&obstacle.name, &obstacle.shape.drawing()))
+                .zip(&capture.drawings)
+                .map(|(obstacle, drawing)| obstacle_header(obstacle, drawing))
                 .collect(),
-            series: series(simulation, capture.error)
+            series: series(simulation, capture.look(simulation).as_ref(), capture.error)
                 .into_iter()
                 .map(|(path, label, _)| Series { path, label })
                 .collect(),
@@ -83,6 +105,18 @@ impl Capture {
         }
     }
 
+    /// What the audit has found in all frames; `None` without contact.
+    pub fn audited(&self) -> Option<Audited> {
+        self.audit.is_some().then_some(self.audited)
+    }
+
+    fn look(&mut self, simulation: &Simulation) -> Option<Findings> {
+        let cloth = &simulation.state().positions[..simulation.model().cloth_particles()];
+        let obstacles = &simulation.model().obstacles;
+        let audit = self.audit.as_mut()?;
+        Some(audit.look(obstacles, simulation.bodies(), cloth))
+    }
+
     /// The frame of the current state.
     pub fn frame(
         &mut self,
@@ -93,6 +127,10 @@ impl Capture {
         let state = simulation.state();
         let index = self.frames;
         self.frames += 1;
+        let findings = self.look(simulation);
+        if let Some(findings) = &findings {
+            self.audited.add(findings);
+        }
         let cloths = simulation.model().cloths.iter().zip(&self.springs);
         let released = simulation.model().released() > self.released;
         let contacts = simulation
@@ -114,7 +152,13 @@ impl Capture {
                 })
                 .collect(),
             contacts: contacts.collect(),
-            values: series(simulation, self.error)
+            obstacles: self.obstacles(simulation),
+            penetrations: findings
+                .iter()
+                .flat_map(|findings| &findings.marks)
+                .map(|&p| point(p))
+                .collect(),
+            values: series(simulation, findings.as_ref(), self.error)
                 .into_iter()
                 .map(|(_, _, value)| value)
                 .collect(),
@@ -122,6 +166,25 @@ impl Capture {
             events,
             checkpoint: with_checkpoint.then(|| checkpoint(simulation)),
         }
+    }
+}
+
+impl Capture {
+    /// Where the vertices of obstacles that move are (m).
+    fn obstacles(&self, simulation: &Simulation) -> Vec<Option<Vec<[f32; 3]>>> {
+        let (obstacles, bodies) = (&simulation.model().obstacles, simulation.bodies());
+        let each = obstacles.iter().zip(&self.drawings).enumerate();
+        let positions = each.map(|(k, (obstacle, drawing))| {
+            obstacle.motion.as_ref()?;
+            let vertices = bodies.vertices(obstacles, k);
+            Some(if vertices.is_empty() {
+                let starts = drawing.positions.iter();
+                starts.map(|&start| point(bodies.now(k, start))).collect()
+            } else {
+                vertices.iter().map(|&p| point(p)).collect()
+            })
+        });
+        positions.collect()
     }
 }
 
@@ -171,9 +234,10 @@ fn pins(cloth: &Cloth, simulation: &Simulation) -> Vec<u32> {
     pinned.map(|i| index(i - cloth.particles.start)).collect()
 }
 
-fn obstacle_header(name: &str, mesh: &TriMesh) -> ObstacleHeader {
+fn obstacle_header(obstacle: &Obstacle, mesh: &TriMesh) -> ObstacleHeader {
     ObstacleHeader {
-        name: name.to_owned(),
+        name: obstacle.name.clone(),
+        moves: obstacle.motion.is_some(),
         positions: mesh.positions.iter().map(|&p| point(p)).collect(),
         triangles: mesh.triangles.clone(),
     }
@@ -214,78 +278,6 @@ fn cloth_frame(
         spring_strain,
         pins: None,
     }
-}
-
-/// Path, label with unit, and value of every series, in a fixed order.
-fn series(simulation: &Simulation, error: Option<f64>) -> Vec<(String, String, f64)> {
-    let (model, stats) = (simulation.model(), simulation.stats());
-    let balance = simulation.balance();
-    let energies = &balance.energies;
-    let mut all = Vec::new();
-    let mut add = |path: String, label: String, value: f64| all.push((path, label, value));
-    let mut energy = |name: &str, value: f64| {
-        add(
-            format!("energy/{name}"),
-            format!("{} (J)", name.replace('_', " ")),
-            value,
-        );
-    };
-    energy("kinetic", energies.kinetic);
-    energy("gravitational", energies.gravitational);
-    for (family, value) in &energies.elastic {
-        energy(&format!("elastic_{family}"), *value);
-    }
-    energy("total", energies.total());
-    for (cause, value) in &balance.dissipated {
-        energy(&format!("dissipated_by_{cause}"), *value);
-    }
-    for (cause, value) in &balance.work {
-        energy(&format!("work_by_{cause}"), *value);
-    }
-    energy("residual", balance.residual);
-    energy("exchanged", balance.exchanged);
-    add(
-        "strain/max".into(),
-        "largest strain (m/m)".into(),
-        stats.strain,
-    );
-    add(
-        "strain/mean".into(),
-        "mean |strain| (m/m)".into(),
-        mean_strain(simulation),
-    );
-    if !model.obstacles.is_empty() {
-        add(
-            "contact/depth".into(),
-            "deepest penetration (m)".into(),
-            stats.depth,
-        );
-        add(
-            "contact/count".into(),
-            "particles in contact".into(),
-            f64::from(index(simulation.contacts().list.len())),
-        );
-    }
-    add(
-        "solver/iterations".into(),
-        "solver iterations a step".into(),
-        f64::from(stats.solve.iterations),
-    );
-    if let Some(error) = error {
-        let label = "time step, estimated (m)".into();
-        add("error/time_step".into(), label, error);
-    }
-    all
-}
-
-/// Mean of |ε| over structural and shear springs; 0 without springs.
-pub fn mean_strain(simulation: &Simulation) -> f64 {
-    let positions = &simulation.state().positions;
-    let springs = simulation.model().weave().flat_map(|batch| &batch.springs);
-    let (sum, count) = springs.fold((0.0, 0.0), |(sum, count), s| {
-        (sum + s.strain(positions).abs(), count + 1.0)
-    });
-    sum / f64::max(count, 1.0)
 }
 
 fn histogram(simulation: &Simulation, range: f64) -> Histogram {

@@ -168,6 +168,7 @@ pub(super) fn alone(
     alone.scene.cloth = vec![cloth];
     alone.scene.pin = pins;
     alone.scene.obstacle = Vec::new();
+    alone.scene.self_collision = None;
     alone.scene.strain_limit = None;
     alone.scene.gravity = [0.0, -gravity, 0.0];
     build(&alone)

@@ -115,6 +115,7 @@ impl Model {
             hinge_damping,
             strain_limit: None,
             obstacles: Vec::new(),
+            self_collision: None,
         };
         (part, numbering.particles)
     }

@@ -15,6 +15,10 @@ pub(super) struct Drawing {
     contacts: EntityPath,
     /// Did the last frame have contacts? Then an empty list must follow them.
     had_contacts: bool,
+    /// Where each obstacle goes.
+    obstacles: Vec<EntityPath>,
+    penetrations: EntityPath,
+    had_penetrations: bool,
 }
 
 impl Drawing {
@@ -24,6 +28,13 @@ impl Drawing {
             cloths: header.cloths.iter().map(ClothPaths::new).collect(),
             contacts: entity::body(entity::CONTACTS),
             had_contacts: false,
+            obstacles: header
+                .obstacles
+                .iter()
+                .map(|o| entity::body(&o.name))
+                .collect(),
+            penetrations: entity::body(entity::PENETRATIONS),
+            had_penetrations: false,
         }
     }
 
@@ -52,7 +63,31 @@ impl Drawing {
                 log_pins(stream, &paths.pins, cloth, state)?;
             }
         }
+        let bodies = self.obstacles.iter().zip(&header.obstacles);
+        for ((path, body), positions) in bodies.zip(&frame.obstacles) {
+            if let Some(positions) = positions {
+                let mesh = Mesh3D::update_fields()
+                    .with_vertex_positions(positions)
+                    .with_vertex_normals(normals::smooth(positions, &body.triangles));
+                stream.log(path.clone(), &mesh)?;
+            }
+        }
+        self.log_penetrations(stream, &frame.penetrations)?;
         self.log_contacts(stream, &frame.contacts)
+    }
+
+    fn log_penetrations(
+        &mut self,
+        stream: &RecordingStream,
+        places: &[[f32; 3]],
+    ) -> RecordingStreamResult<()> {
+        let has = !places.is_empty();
+        if has || self.had_penetrations {
+            let points = Points3D::update_fields().with_positions(places);
+            stream.log(self.penetrations.clone(), &points)?;
+        }
+        self.had_penetrations = has;
+        Ok(())
     }
 
     fn log_contacts(

@@ -17,6 +17,8 @@ pub(crate) const FRAME: &str = "frame";
 pub(crate) const WORLD: &str = "world";
 /// Particles in contact, below [`WORLD`].
 pub(crate) const CONTACTS: &str = "contacts";
+/// Where cloth is inside an obstacle or crosses something, below [`WORLD`].
+pub(crate) const PENETRATIONS: &str = "penetrations";
 /// The springs' strains in classes.
 pub(crate) const HISTOGRAM: &str = "strain/histogram";
 /// What there is to say during a run.

@@ -194,7 +194,7 @@ fn check_names(header: &Header) -> Result<(), RecordError> {
         .obstacles
         .iter()
         .map(|obstacle| obstacle.name.as_str());
-    let mut names = BTreeSet::from([entity::CONTACTS]);
+    let mut names = BTreeSet::from([entity::CONTACTS, entity::PENETRATIONS]);
     match cloths.chain(obstacles).find(|name| !names.insert(name)) {
         Some(name) => Err(RecordError::NameTaken {
             name: name.to_owned(),

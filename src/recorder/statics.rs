@@ -12,7 +12,7 @@ use rerun::{RecordingStreamResult, Rgba32, SeriesLines, TextDocument, ViewCoordi
 
 use super::entity::{self, ClothPaths};
 use super::{color, drawing, normals, panels};
-use crate::frame::{ClothHeader, Header, ObstacleHeader};
+use crate::frame::{ClothHeader, Header, ObstacleHeader, Series};
 
 /// Component that holds the scene's TOML as it was run, for those who read it back.
 const TOML: &str = "toml";
@@ -29,6 +29,8 @@ const FEW_PARTICLES: usize = 8;
 const PIN_RADIUS: f32 = 3.0;
 /// Radius of a contact: as small as still shows its colour.
 const CONTACT_RADIUS: f32 = 1.2;
+/// Radius of what should not be: not to be overlooked.
+const PENETRATION_RADIUS: f32 = 4.0;
 
 /// Logs everything static.
 pub(super) fn log(stream: &RecordingStream, header: &Header) -> RecordingStreamResult<()> {
@@ -39,6 +41,13 @@ pub(super) fn log(stream: &RecordingStream, header: &Header) -> RecordingStreamR
     }
     for obstacle in &header.obstacles {
         log_obstacle(stream, obstacle)?;
+    }
+    let audited = |series: &Series| series.path.starts_with("contact/");
+    if header.series.iter().any(audited) {
+        let penetrations = Points3D::update_fields()
+            .with_radii([Radius::new_ui_points(PENETRATION_RADIUS)])
+            .with_colors([color::PENETRATING]);
+        stream.log_static(entity::body(entity::PENETRATIONS), &penetrations)?;
     }
     if !header.obstacles.is_empty() {
         let radii = [Radius::new_ui_points(CONTACT_RADIUS)];
@@ -103,12 +112,14 @@ fn log_cloth(
 }
 
 fn log_obstacle(stream: &RecordingStream, obstacle: &ObstacleHeader) -> RecordingStreamResult<()> {
-    let normals = normals::smooth(&obstacle.positions, &obstacle.triangles);
-    let mesh = Mesh3D::update_fields()
-        .with_vertex_positions(&obstacle.positions)
+    let mut mesh = Mesh3D::update_fields()
         .with_triangle_indices(&obstacle.triangles)
-        .with_vertex_normals(normals)
         .with_albedo_factor(Rgba32::from(color::OBSTACLE));
+    if !obstacle.moves {
+        mesh = mesh
+            .with_vertex_positions(&obstacle.positions)
+            .with_vertex_normals(normals::smooth(&obstacle.positions, &obstacle.triangles));
+    }
     stream.log_static(entity::body(&obstacle.name), &mesh)
 }
 

@@ -30,6 +30,7 @@ fn header(particles: u32) -> Header {
     };
     let obstacle = ObstacleHeader {
         name: "ground".to_owned(),
+        moves: false,
         positions: vec![[0.0; 3], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]],
         triangles: vec![[0, 1, 2]],
     };

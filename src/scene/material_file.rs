@@ -111,6 +111,7 @@ fn scene(name: &str, read: MaterialFile) -> Scene {
         cloth: vec![cloth],
         pin: Vec::new(),
         obstacle: Vec::new(),
+        self_collision: None,
         strain_limit: None,
         solver: Solver::default(),
         record: Record::default(),

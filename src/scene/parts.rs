@@ -7,7 +7,7 @@ use super::place::place;
 use super::schema::{self, SpringKind};
 use super::select::select;
 use super::spring_constant::spring_constant;
-use crate::collision::Obstacle;
+use crate::collision::{Obstacle, SelfCollision};
 use crate::force::{Gravity, MassDamping, Spring, SpringBatch, SpringDamping};
 use crate::mesh::{Lattice, Segment};
 use crate::model::{Cloth, Model};
@@ -204,6 +204,7 @@ impl Parts {
             spring_damping,
             hinge_damping,
             obstacles,
+            self_collision: scene.self_collision.as_ref().map(self_collision),
         };
         model.drive(&mut state);
         (model, state)
@@ -221,6 +222,13 @@ impl Parts {
         self.state.velocities.resize(particles, DVec3::ZERO);
         self.masses.resize(particles, 0.0);
         self.drag.resize(particles, 0.0);
+    }
+}
+
+fn self_collision(asked: &schema::SelfCollision) -> SelfCollision {
+    SelfCollision {
+        thickness: asked.thickness,
+        friction: asked.friction,
     }
 }
 

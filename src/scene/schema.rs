@@ -24,6 +24,8 @@ pub struct Scene {
     /// What they collide with.
     #[serde(default)]
     pub obstacle: Vec<Obstacle>,
+    /// How cloth collides with cloth; it passes through itself otherwise.
+    pub self_collision: Option<SelfCollision>,
     /// Upper bound on strain.
     pub strain_limit: Option<StrainLimit>,
     /// How the motion is computed.
@@ -328,6 +330,18 @@ pub struct ObjShape {
     pub scale: f64,
 }
 
+/// How cloth collides with itself and with other cloth (Bridson, Fedkiw and Anderson 2002).
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct SelfCollision {
+    /// Distance that layers keep (m).
+    #[serde(default = "layer_thickness")]
+    pub thickness: f64,
+    /// Coulomb's friction coefficient μ between them.
+    #[serde(default = "friction")]
+    pub friction: f64,
+}
+
 /// Upper bound on strain (Provot 1995).
 #[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
@@ -517,6 +531,10 @@ pub(super) fn structural_and_shear() -> Vec<SpringKind> {
 
 fn friction() -> f64 {
     0.4
+}
+
+fn layer_thickness() -> f64 {
+    0.002
 }
 
 fn thickness() -> f64 {
