@@ -9,12 +9,14 @@
 
 mod build;
 mod pairs;
+mod refit;
 
 #[cfg(test)]
 mod tests;
 
 use super::Aabb;
 use glam::DVec3;
+use std::ops::Range;
 
 /// Children of a node. Four are two SSE2 registers a coordinate.
 const WIDE: usize = 4;
@@ -32,7 +34,9 @@ pub struct Bvh {
     /// Parents before their children; the first is the root. Never empty.
     nodes: Vec<Node>,
     /// Where the subtrees hang that the tree falls into without its top.
-    parts: Vec<Slot>,
+    parts: Vec<Part>,
+    /// The nodes above, in their order.
+    top: Vec<usize>,
     /// Number of items.
     items: usize,
 }
@@ -61,11 +65,15 @@ impl Child {
     }
 }
 
-/// A child's place.
-#[derive(Clone, Copy, Debug)]
-struct Slot {
+/// A subtree or an item.
+#[derive(Clone, Debug)]
+struct Part {
+    /// The node above it.
     node: usize,
+    /// Which child of that it is.
     lane: usize,
+    /// Its own nodes.
+    below: Range<usize>,
 }
 
 /// The children of a node and their boxes.
@@ -103,7 +111,14 @@ impl Node {
 
     /// The box around all children.
     fn bounds(&self) -> Aabb {
-        (0..WIDE).fold(Aabb::EMPTY, |whole, lane| whole.union(self.get(lane)))
+        let mut bounds = Aabb::EMPTY;
+        for axis in 0..3 {
+            for lane in 0..WIDE {
+                bounds.min[axis] = smaller(bounds.min[axis], self.min[axis][lane]);
+                bounds.max[axis] = larger(bounds.max[axis], self.max[axis][lane]);
+            }
+        }
+        bounds
     }
 
     /// Which children overlap a box.
@@ -127,14 +142,22 @@ impl Node {
             for lane in 0..WIDE {
                 let below = self.min[axis][lane] - p[axis];
                 let above = p[axis] - self.max[axis][lane];
-                // Not `f64::max`, whose care for NaN takes four instructions more.
-                let outside = if below > above { below } else { above };
-                let outside = if outside > 0.0 { outside } else { 0.0 };
+                let outside = larger(larger(below, above), 0.0);
                 squared[lane] += outside * outside;
             }
         }
         squared
     }
+}
+
+/// The smaller of two numbers: unlike `f64::min`, whose care for NaN takes four instructions more.
+fn smaller(a: f64, b: f64) -> f64 {
+    if a < b { a } else { b }
+}
+
+/// The larger of two numbers.
+fn larger(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
 }
 
 impl Bvh {
@@ -159,32 +182,17 @@ impl Bvh {
 
     /// Its size (B).
     pub fn bytes(&self) -> usize {
-        size_of_val(&self.nodes[..]) + size_of_val(&self.parts[..])
+        size_of_val(&self.nodes[..]) + size_of_val(&self.parts[..]) + size_of_val(&self.top[..])
     }
 
-    /// Takes over new boxes of the same items. The tree keeps its shape: answers stay right however
-    /// the items move, and get slower when neighbours part.
+    /// Takes over new boxes of the same items, see [`Bvh::refit_with`].
     ///
     /// # Panics
     ///
     /// When the number of boxes is another.
     pub fn refit(&mut self, boxes: &[Aabb]) {
         assert_eq!(boxes.len(), self.items, "refit takes a box for each item");
-        for node in (0..self.nodes.len()).rev() {
-            let mut here = self.nodes[node];
-            for lane in 0..WIDE {
-                if here.children[lane] != Child::NONE {
-                    here.set(
-                        lane,
-                        match here.children[lane].known() {
-                            Ok(item) => boxes[item as usize],
-                            Err(child) => self.nodes[child].bounds(),
-                        },
-                    );
-                }
-            }
-            self.nodes[node] = here;
-        }
+        self.refit_with(|item| boxes[item as usize]);
     }
 
     /// The box around all items.

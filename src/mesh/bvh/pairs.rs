@@ -45,8 +45,7 @@ impl Bvh {
     }
 
     fn part(&self, part: usize) -> Subtree<'_> {
-        let slot = self.parts[part];
-        self.child(slot.node, slot.lane)
+        self.child(self.parts[part].node, self.parts[part].lane)
     }
 
     fn child(&self, node: usize, lane: usize) -> Subtree<'_> {
