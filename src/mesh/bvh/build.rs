@@ -5,7 +5,8 @@
 //!
 //! Sources: Goldsmith and Salmon 1987 (heuristic); Wald 2007 (bins).
 
-use super::{Bvh, Child, Node, Part, WIDE};
+use super::node::{Bounds, Child, Node};
+use super::{Bvh, Part, WIDE};
 use crate::mesh::Aabb;
 use glam::DVec3;
 use std::ops::Range;
@@ -59,18 +60,17 @@ impl Build<'_> {
         self.sizes.push(0);
         let (ranges, count) = self.four(range, level);
         for (lane, range) in ranges.into_iter().take(count).enumerate() {
-            let bounds = self.bounds(&range);
+            let bounds = Bounds::around(&self.bounds(&range));
             let child = if range.len() == 1 {
                 Child::item(self.order[range.start])
             } else {
                 self.node(range, level + 1)
             };
-            self.nodes[at].set(lane, bounds);
+            self.nodes[at].set(lane, &bounds);
             self.nodes[at].children[lane] = child;
         }
         self.sizes[at] = self.nodes.len() - at;
-        #[expect(clippy::cast_possible_truncation, reason = "fewer nodes than items")]
-        Child(at as u32)
+        Child::node(at)
     }
 
     /// Splits a range into at most four, each time the one with the largest surface.

@@ -1,6 +1,7 @@
 //! New boxes in an old tree.
 
-use super::{Bvh, Child, Node, Part, WIDE};
+use super::node::{Bounds, Child, Node};
+use super::{Bvh, Part, WIDE};
 use crate::mesh::Aabb;
 
 /// Nodes from which on threads help: these take 8 µs, waking a thread takes 5.
@@ -58,10 +59,10 @@ fn refit_first(nodes: &mut [Node], first: usize, bounds: &impl Fn(u32) -> Aabb) 
         let child = nodes[0].children[lane];
         if child != Child::NONE {
             let fitted = match child.known() {
-                Ok(item) => bounds(item),
+                Ok(item) => Bounds::around(&bounds(item)),
                 Err(node) => nodes[node - first].bounds(),
             };
-            nodes[0].set(lane, fitted);
+            nodes[0].set(lane, &fitted);
         }
     }
 }
