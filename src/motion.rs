@@ -5,7 +5,18 @@
 //! Slopes are zero at the first and the last key; before and after them the motion stands still. Position
 //! and velocity are value and derivative of one function, which is continuously differentiable.
 
+mod sequence;
+
+pub use sequence::{Sequence, SequenceError};
+
 use glam::{DMat3, DVec3};
+use std::fmt::Debug;
+
+/// A motion in which every vertex of a mesh goes its own way.
+pub trait Deformation: Debug + Send + Sync {
+    /// Sets where the vertices are at a time (s), in metres; the same bits for any number of threads.
+    fn positions(&self, time: f64, positions: &mut [DVec3]);
+}
 
 /// Where a motion is at one time.
 #[derive(Clone, Copy, Debug, PartialEq)]

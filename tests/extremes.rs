@@ -274,6 +274,7 @@ fn one_particle() {
             hinge_damping: None,
             strain_limit: None,
             obstacles: Vec::new(),
+            self_collision: None,
             pins: Pins::default(),
             rest: vec![DVec3::ZERO],
         };

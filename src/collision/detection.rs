@@ -25,15 +25,16 @@ pub struct Detection {
     found: Vec<Option<Contact>>,
 }
 
-/// The last measurement of a particle, with the obstacle where it starts.
+/// The last measurement of a particle: with the obstacle where it starts if it is of one piece, else where
+/// it was then.
 #[derive(Clone, Copy, Debug)]
 struct Known {
     /// Where the particle was (m).
     at: DVec3,
-    /// Its distance then (m), negative inside; `None` before the first measurement.
-    distance: Option<f64>,
-    /// Normal of the obstacle then.
-    normal: DVec3,
+    /// The nearest point then; `None` before the first measurement.
+    nearest: Option<Nearest>,
+    /// How far the obstacle's fastest vertices had come by then (m).
+    odometer: f64,
 }
 
 /// Contact is noticed this share of a thickness before it begins: a particle that slides over a
@@ -50,8 +51,8 @@ impl Detection {
         let particles = if obstacles.is_empty() { 0 } else { particles };
         let unknown = Known {
             at: DVec3::ZERO,
-            distance: None,
-            normal: DVec3::Y,
+            nearest: None,
+            odometer: 0.0,
         };
         Self {
             known: vec![vec![unknown; particles]; obstacles.len()],
@@ -84,7 +85,7 @@ impl Detection {
                 for (i, (found, known)) in found.iter_mut().zip(known).enumerate() {
                     let particle = task * TASK + i;
                     let x = positions[particle];
-                    let Some(nearest) = known.measure(obstacle, bodies.at_start(k, x)) else {
+                    let Some(nearest) = known.measure(obstacle, bodies, k, x) else {
                         continue;
                     };
                     let gap = nearest.distance - obstacle.thickness;
@@ -139,20 +140,31 @@ const MET: f64 = 1e-5;
 const MAX_ADVANCES: u32 = 40;
 
 impl Known {
-    /// The point of an obstacle nearest to a particle at `x`, if it is in reach.
-    fn measure(&mut self, obstacle: &Obstacle, x: DVec3) -> Option<Nearest> {
+    /// The point of obstacle number `k` nearest to a particle at `x`, if it is in reach.
+    fn measure(
+        &mut self,
+        obstacle: &Obstacle,
+        bodies: &Bodies,
+        k: usize,
+        x: DVec3,
+    ) -> Option<Nearest> {
         let reach = (1.0 + NOTICE) * obstacle.thickness;
+        let x = bodies.at_start(k, x);
+        let body = |p: DVec3, farthest: f64| bodies.nearest(obstacle, k, p, farthest);
         let way = x - self.at;
+        let odometer = bodies.odometer(k);
+        let drift = odometer - self.odometer;
         let moved = way.length();
-        match self.distance {
-            Some(distance) if distance - moved > reach => return None,
-            Some(distance) if moved > 0.0 => self.advance(obstacle, way, moved, distance)?,
+        let distance = self.nearest.map(|nearest| nearest.distance);
+        match distance {
+            Some(distance) if distance - moved - drift > reach => return None,
+            Some(distance) if drift > 0.0 => self.ask(&body, x, distance.abs() + moved + drift)?,
+            Some(distance) if moved > 0.0 => self.advance(&body, way, moved, distance)?,
             Some(_) => {}
-            None => self.ask(obstacle, x, f64::MAX)?,
+            None => self.ask(&body, x, f64::MAX)?,
         }
-        let distance = self.distance?;
-        let point = self.at - self.normal * distance;
-        (distance <= reach).then_some(Nearest::new(point, self.normal, distance))
+        self.odometer = odometer;
+        self.nearest.filter(|nearest| nearest.distance <= reach)
     }
 
     /// Where the particle that is at `x` was found: there, or where its way met obstacle number `k`.
@@ -167,15 +179,16 @@ impl Known {
     /// Follows a way from a point at a distance to its end, or to where it meets the surface.
     fn advance(
         &mut self,
-        obstacle: &Obstacle,
+        body: &impl Fn(DVec3, f64) -> Option<Nearest>,
         way: DVec3,
         moved: f64,
         distance: f64,
     ) -> Option<()> {
         let start = self.at;
+        let normal = self.nearest?.normal;
         // A particle that touches stays there if it goes on inwards, and is free to leave. One that
         // is inside already is not held back: it has to come out.
-        if (0.0..MET).contains(&distance) && way.dot(self.normal) < 0.0 {
+        if (0.0..MET).contains(&distance) && way.dot(normal) < 0.0 {
             return Some(());
         }
         let (mut gone, mut safe) = (0.0, if distance >= MET { distance } else { moved });
@@ -185,26 +198,24 @@ impl Known {
                 return Some(());
             }
             gone += safe;
-            self.ask(obstacle, start + way * (gone / moved), 2.0 * safe)?;
-            safe = self.distance?;
+            self.ask(body, start + way * (gone / moved), 2.0 * safe)?;
+            safe = self.nearest?.distance;
             queries += 1;
         }
-        self.ask(
-            obstacle,
-            start + way,
-            distance.abs().max(safe) + (moved - gone),
-        )
+        let farthest = distance.abs().max(safe) + (moved - gone);
+        self.ask(body, start + way, farthest)
     }
 
     /// Measures the distance of a point that is at most `farthest` (m) away.
-    fn ask(&mut self, obstacle: &Obstacle, point: DVec3, farthest: f64) -> Option<()> {
+    fn ask(
+        &mut self,
+        body: &impl Fn(DVec3, f64) -> Option<Nearest>,
+        point: DVec3,
+        farthest: f64,
+    ) -> Option<()> {
         // A billionth of a metre for rounding, which must not push the surface out of range.
-        let nearest = obstacle.shape.nearest(point, farthest + 1e-9)?;
-        *self = Self {
-            at: point,
-            distance: Some(nearest.distance),
-            normal: nearest.normal,
-        };
+        let nearest = body(point, farthest + 1e-9)?;
+        (self.at, self.nearest) = (point, Some(nearest));
         Some(())
     }
 }

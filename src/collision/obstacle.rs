@@ -1,8 +1,9 @@
 //! What cloth collides with.
 
 use crate::mesh::{self, Nearest, Surface, TriMesh};
-use crate::motion::Motion;
+use crate::motion::{Deformation, Motion};
 use glam::DVec3;
+use std::sync::Arc;
 
 /// A body whose motion is prescribed.
 #[derive(Clone, Debug)]
@@ -30,7 +31,6 @@ pub struct SelfCollision {
 
 /// The shape of an obstacle.
 #[derive(Clone, Debug)]
-#[expect(clippy::large_enum_variant, reason = "a scene has a handful")]
 pub enum Solid {
     /// The inside of a closed mesh, placed in the world (m).
     Mesh {
@@ -60,6 +60,8 @@ pub enum Solid {
 pub enum BodyMotion {
     /// As one piece, turning about a centre (m), where it starts.
     Rigid(Motion, DVec3),
+    /// A mesh whose vertices go their own ways.
+    Deforming(Arc<dyn Deformation>),
 }
 
 /// Half of the side of the square that is drawn for a plane (m).

@@ -13,7 +13,7 @@ use crate::simulation::Simulation;
 use glam::DVec3;
 
 /// Takes frames; knows which springs belong to which cloth.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Capture {
     /// Per cloth, per family of its header: the model's batch and the springs in it.
     springs: Vec<Vec<(usize, Vec<usize>)>>,
@@ -176,7 +176,7 @@ impl Capture {
         let each = obstacles.iter().zip(&self.drawings).enumerate();
         let positions = each.map(|(k, (obstacle, drawing))| {
             obstacle.motion.as_ref()?;
-            let vertices = bodies.vertices(obstacles, k);
+            let vertices = bodies.vertices(obstacles, k)[1];
             Some(if vertices.is_empty() {
                 let starts = drawing.positions.iter();
                 starts.map(|&start| point(bodies.now(k, start))).collect()

@@ -34,12 +34,14 @@ pub struct Nearest {
 }
 
 impl Nearest {
-    /// A point with its normal, and how far it is.
+    /// A point of a surface without triangles, with its normal, and how far it is.
     pub fn new(point: DVec3, normal: DVec3, distance: f64) -> Self {
         Self {
             point,
             normal,
             distance,
+            triangle: 0,
+            weights: [1.0, 0.0, 0.0],
         }
     }
 }

@@ -6,9 +6,11 @@ use super::load::LoadedScene;
 use super::place::place;
 use super::read_mesh::ReadMesh;
 use super::schema::{self, ObjShape, ObstacleMotion, ObstacleShape};
+use super::sequence::read_sequence;
 use crate::collision::{BodyMotion, Obstacle, Solid};
 use crate::mesh::{self, Surface};
 use glam::DVec3;
+use std::sync::Arc;
 
 /// Reads, repairs and places an obstacle; what was repaired is added to `notes`.
 pub(super) fn read_obstacle(
@@ -36,9 +38,16 @@ pub(super) fn read_obstacle(
             radius: sphere.radius,
         },
     };
-    let motion = obstacle.motion.as_ref().map(|motion| match motion {
-        ObstacleMotion::Keyframes(keys) => BodyMotion::Rigid(rigid(keys), center(&shape)),
-    });
+    let motion = match &obstacle.motion {
+        None => None,
+        Some(ObstacleMotion::Keyframes(keys)) => {
+            Some(BodyMotion::Rigid(rigid(keys), center(&shape)))
+        }
+        Some(ObstacleMotion::Sequence(asked)) => {
+            let sequence = read_sequence(loaded, i, obstacle, asked, &shape)?;
+            Some(BodyMotion::Deforming(Arc::new(sequence)))
+        }
+    };
     let schema::Obstacle {
         name,
         friction,

@@ -18,6 +18,7 @@ mod read_mesh;
 mod rigidity;
 mod schema;
 mod select;
+mod sequence;
 mod spring_constant;
 mod step;
 mod stiffness;

@@ -317,6 +317,22 @@ pub enum ObstacleMotion {
     /// As one piece. It goes smoothly from each keyframe to the next without overshooting, and rests before
     /// the first and after the last.
     Keyframes(Vec<Keyframe>),
+    /// As the meshes of OBJ files say, in straight lines from each to the next.
+    Sequence(SequenceMotion),
+}
+
+/// A motion given by OBJ files of one topology: one a frame, in the order of the numbers at the ends of
+/// their names, placed like the obstacle.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct SequenceMotion {
+    /// Their folder, relative to the scene's file.
+    pub dir: String,
+    /// Frames a second.
+    pub fps: f64,
+    /// When the first frame is (s).
+    #[serde(default)]
+    pub start: f64,
 }
 
 /// A triangle mesh in an OBJ file.

@@ -310,6 +310,16 @@ fn check_obstacle(at: &str, obstacle: &Obstacle) -> Result<(), Fault> {
         Some(ObstacleMotion::Keyframes(keys)) => {
             check_keyframes(&format!("{at}.motion.keyframes"), keys)?;
         }
+        Some(ObstacleMotion::Sequence(sequence)) => {
+            let at = format!("{at}.motion.sequence");
+            if !matches!(obstacle.shape, ObstacleShape::Obj(_)) {
+                let cause =
+                    "needs an obstacle whose shape is an obj; give that, or move by keyframes";
+                return Err(Fault::new(at, cause));
+            }
+            positive(&format!("{at}.fps"), sequence.fps)?;
+            not_negative(&format!("{at}.start"), sequence.start)?;
+        }
         None => {}
     }
     finite(&format!("{at}.translate"), &obstacle.translate)?;

@@ -28,10 +28,18 @@ pub struct Audit {
     /// Whether crossings of cloth with cloth count.
     with_self: bool,
     /// The cloths' triangles as they stand; empty where nobody asks.
-    cloth: Option<Bvh>,
+    cloth: Option<Tree>,
     /// Each obstacle's triangles as they stand, of those that have any.
-    bodies: Vec<Option<Bvh>>,
+    bodies: Vec<Option<Tree>>,
     boxes: Vec<Aabb>,
+}
+
+/// Triangles as they stand.
+#[derive(Clone, Debug)]
+struct Tree {
+    hierarchy: Bvh,
+    /// The box around all of them.
+    bounds: Aabb,
 }
 
 /// What one look at a state found.
@@ -112,7 +120,7 @@ impl Audit {
         for (k, obstacle) in obstacles.iter().enumerate() {
             let found = match &obstacle.shape {
                 Solid::Mesh { mesh, .. } => {
-                    let vertices = bodies.vertices(obstacles, k);
+                    let vertices = bodies.vertices(obstacles, k)[1];
                     let moves = obstacle.motion.is_some();
                     if self.bodies[k].is_none() || moves {
                         renew(
@@ -154,7 +162,7 @@ impl Audit {
             return Penetration::default();
         };
         let corners = |t: u32| triangles[t as usize].map(|v| vertices[v as usize]);
-        let around = body.bounds();
+        let around = body.bounds;
         let inside = gather(positions, |&p| {
             let column = Aabb {
                 min: p,
@@ -164,7 +172,8 @@ impl Audit {
                 return None;
             }
             let mut turns = 0;
-            body.overlapping(&column, |t| turns += winding([corners(t)].into_iter(), p));
+            body.hierarchy
+                .overlapping(&column, |t| turns += winding([corners(t)].into_iter(), p));
             (turns != 0).then(|| (p, depth_below(body, &corners, p)))
         });
         let mut found = Penetration::default();
@@ -178,7 +187,7 @@ impl Audit {
             count(body, ends, corners)
         });
         let own = |t: u32| self.triangles[t as usize].map(|i| positions[i as usize]);
-        let reach = cloth.bounds();
+        let reach = cloth.bounds;
         // Each edge of a closed mesh is taken once, from the triangle that runs along it upward in number.
         let poking = gather(triangles, |&[a, b, c]| {
             let edges = [[a, b], [b, c], [c, a]].into_iter().filter(|[u, v]| u < v);
@@ -227,7 +236,7 @@ impl Audit {
         let crossing = gather(&self.edges, |edge| {
             let ends = edge.map(|i| positions[i as usize]);
             let mut crossings = 0;
-            cloth.overlapping(&Aabb::around(ends), |t| {
+            cloth.hierarchy.overlapping(&Aabb::around(ends), |t| {
                 let triangle = self.triangles[t as usize];
                 let apart = !triangle.iter().any(|corner| edge.contains(corner));
                 let corners = triangle.map(|i| positions[i as usize]);
@@ -245,21 +254,21 @@ const ROUNDING: f64 = 1e-12;
 
 /// The middle of a segment, and how many triangles of a hierarchy it crosses, if it crosses any.
 fn count(
-    tree: &Bvh,
+    tree: &Tree,
     ends: [DVec3; 2],
     corners: impl Fn(u32) -> [DVec3; 3],
 ) -> Option<(DVec3, u32)> {
     let mut crossings = 0;
-    tree.overlapping(&Aabb::around(ends), |t| {
+    tree.hierarchy.overlapping(&Aabb::around(ends), |t| {
         crossings += u32::from(crosses(ends, corners(t)));
     });
     (crossings > 0).then(|| (0.5 * (ends[0] + ends[1]), crossings))
 }
 
 /// Distance of a point from the nearest triangle of a body (m).
-fn depth_below(body: &Bvh, corners: &impl Fn(u32) -> [DVec3; 3], p: DVec3) -> f64 {
+fn depth_below(body: &Tree, corners: &impl Fn(u32) -> [DVec3; 3], p: DVec3) -> f64 {
     let mut nearest = f64::INFINITY;
-    body.nearest(p, f64::INFINITY, |t, bound| {
+    body.hierarchy.nearest(p, f64::INFINITY, |t, bound| {
         nearest = bound.min(closest_on_triangle(p, corners(t)).distance_squared(p));
         nearest
     });
@@ -286,7 +295,7 @@ fn below(
 
 /// Takes over where triangles are.
 fn renew(
-    tree: &mut Option<Bvh>,
+    tree: &mut Option<Tree>,
     boxes: &mut Vec<Aabb>,
     triangles: &[[u32; 3]],
     positions: &[DVec3],
@@ -298,9 +307,16 @@ fn renew(
             .iter()
             .map(|triangle| Aabb::around(corners(triangle))),
     );
+    let bounds = boxes.iter().copied().fold(Aabb::EMPTY, Aabb::union);
     match tree {
-        Some(tree) => tree.refit(boxes),
-        None => *tree = Some(Bvh::new(boxes)),
+        Some(tree) => {
+            tree.hierarchy.refit(boxes);
+            tree.bounds = bounds;
+        }
+        None => {
+            let hierarchy = Bvh::new(boxes);
+            *tree = Some(Tree { hierarchy, bounds });
+        }
     }
 }
 
