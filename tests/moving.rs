@@ -91,7 +91,7 @@ fn a_lift_works_against_the_weight() {
         let contact = balance.dissipated_by("contact");
         println!("{name}: {work} J of {exact} J, contact took {contact} J");
         let lifted = center(&run).y - 0.003;
-        assert!((lifted - height).abs() < 1e-4, "{name}: {lifted} m");
+        assert!((lifted - height).abs() < 2e-4, "{name}: {lifted} m");
         // What contact moves out is lifted by it, and not by the velocity that the lift gave.
         let given = work - contact;
         // Contact answered after the step lags by one.

@@ -15,6 +15,7 @@ mod contract;
 mod error;
 mod extremes;
 mod gallery;
+mod incline;
 mod lab;
 mod laws;
 mod ledger;

@@ -78,7 +78,7 @@ pub(super) fn update_grips(
                 contact.normal * impulse.dot(contact.normal) + grip.drag
             };
             let against = contact.against(*v);
-            grips[i] = regrip(contact, grip, impulse, against);
+            grips[i] = regrip(contact, grip, impulse, against, model.masses[i]);
             if grips[i].pressure == 0.0 {
                 let pull = contact.normal * against.dot(contact.normal).min(0.0);
                 *v -= pull;
@@ -93,7 +93,7 @@ pub(super) fn update_grips(
 /// A contact that would have to pull lets go. Friction holds while |tangential impulse| ≤ μ pressure, and
 /// otherwise drags with μ pressure against the motion that the pull, or the velocity against the obstacle,
 /// asks for.
-fn regrip(contact: &Contact, grip: Grip, impulse: DVec3, velocity: DVec3) -> Grip {
+fn regrip(contact: &Contact, grip: Grip, impulse: DVec3, velocity: DVec3, mass: f64) -> Grip {
     let pressure = impulse.dot(contact.normal);
     if pressure <= 0.0 {
         return Grip::default();
@@ -120,7 +120,11 @@ fn regrip(contact: &Contact, grip: Grip, impulse: DVec3, velocity: DVec3) -> Gri
     match sliding.try_normalize() {
         Some(direction) if !reversed => Grip {
             pressure,
-            drag: -direction * most,
+            drag: follow(
+                grip.drag,
+                -direction * most,
+                most / (mass * sliding.length()),
+            ),
             sticks: false,
         },
         _ => Grip {
@@ -129,4 +133,18 @@ fn regrip(contact: &Contact, grip: Grip, impulse: DVec3, velocity: DVec3) -> Gri
             sticks: true,
         },
     }
+}
+
+/// The drag of the next step, which turns from the last one's towards what the present velocity asks for.
+///
+/// `gain` is the velocity that the drag takes in a step over the one there is, μ p/(m |v|). Taken as it is
+/// asked for, a drag turns the velocity in the next step across by that factor times its own angle, past the
+/// other side where it is above 1: a slowly sliding block then rattles sideways for ever, and part of its
+/// friction is lost (4 % on an incline). Turned by 1/(1 + gain) of the angle it settles whatever the gain, and
+/// with dt the gain goes to 0.
+fn follow(last: DVec3, asked: DVec3, gain: f64) -> DVec3 {
+    let size = asked.length();
+    let turned = |last: DVec3| (last * gain * size + asked).try_normalize();
+    let drag = last.try_normalize().and_then(turned);
+    drag.map_or(asked, |direction| direction * size)
 }

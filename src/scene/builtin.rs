@@ -22,6 +22,12 @@ pub const BUILTIN: &[(&str, &str)] = &[
     ("block", include_str!("builtin/block.toml")),
     ("edge-springs", include_str!("builtin/edge-springs.toml")),
     ("thin-shell", include_str!("builtin/thin-shell.toml")),
+    ("drape-sphere", include_str!("builtin/drape-sphere.toml")),
+    ("table-cloth", include_str!("builtin/table-cloth.toml")),
+    ("incline", include_str!("builtin/incline.toml")),
+    ("bullet", include_str!("builtin/bullet.toml")),
+    ("stack", include_str!("builtin/stack.toml")),
+    ("twist", include_str!("builtin/twist.toml")),
 ];
 
 /// Path and OBJ text of every built-in mesh.
@@ -29,6 +35,7 @@ const MESHES: &[(&str, &str)] = &[
     ("mannequin.obj", include_str!("../../meshes/mannequin.obj")),
     ("slab.obj", include_str!("../../meshes/slab.obj")),
     ("shell.obj", include_str!("../../meshes/shell.obj")),
+    ("table.obj", include_str!("../../meshes/table.obj")),
     ("tube.obj", include_str!("../../meshes/tube.obj")),
 ];
 
