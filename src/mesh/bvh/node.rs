@@ -28,12 +28,6 @@ const FARTHEST: f64 = 1e18;
 const SHRINK: f32 = 1.0 - 1.0 / (1 << 20) as f32;
 
 impl Bounds {
-    /// The box of nothing.
-    pub(super) const EMPTY: Self = Self {
-        min: [f32::INFINITY; 3],
-        max: [f32::NEG_INFINITY; 3],
-    };
-
     /// A box around another.
     #[inline]
     pub(super) fn around(exact: &Aabb) -> Self {
