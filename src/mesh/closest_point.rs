@@ -19,6 +19,7 @@ pub struct OnTriangle {
 /// not always the closest; in a closed mesh its neighbours cover it.
 ///
 /// Source: Ericson 2005, Real-Time Collision Detection, 5.1.5.
+#[inline]
 pub fn closest_point([a, b, c]: [DVec3; 3], p: DVec3) -> OnTriangle {
     let (ab, ac) = (b - a, c - a);
     let ap = p - a;

@@ -20,7 +20,7 @@ use glam::DVec3;
 use node::{Bounds, Child, Node};
 use std::ops::Range;
 
-/// Children of a node. Four are one SSE2 register a coordinate.
+/// Children of a node: as many as numbers in a vector register.
 const WIDE: usize = 4;
 
 /// Levels of a tree at most: [`build`] splits in halves from the 24th on, and 2³² items are halved
@@ -98,15 +98,12 @@ impl Bvh {
         while count > 0 {
             count -= 1;
             let node = &self.nodes[waiting[count]];
-            let overlaps = node.overlaps(&bounds);
-            for lane in 0..WIDE {
-                if overlaps[lane] {
-                    match node.children[lane].known() {
-                        Ok(item) => found(item),
-                        Err(child) => {
-                            waiting[count] = child;
-                            count += 1;
-                        }
+            for lane in node.overlapping(&bounds) {
+                match node.children[lane].known() {
+                    Ok(item) => found(item),
+                    Err(child) => {
+                        waiting[count] = child;
+                        count += 1;
                     }
                 }
             }
@@ -121,23 +118,26 @@ impl Bvh {
     pub fn nearest(&self, p: DVec3, reach_squared: f64, mut measure: impl FnMut(u32, f64) -> f64) {
         let from = Bounds::around(&Aabb { min: p, max: p });
         let mut bound = reach_squared;
+        let mut limit = limit_of(bound);
         let mut waiting = [(0, Child::ROOT); WAITING];
         let mut count = 1;
         while count > 0 {
             count -= 1;
             let (key, child) = waiting[count];
-            if squared(key) >= bound {
+            if key >= limit {
                 continue;
             }
             match child.known() {
-                Ok(item) => bound = measure(item, bound),
+                Ok(item) => {
+                    bound = measure(item, bound);
+                    limit = limit_of(bound);
+                }
                 Err(node) => {
                     let node = &self.nodes[node];
+                    // The next is written over one that is too far: no branch to guess.
                     for key in sorted(keys(node.distances_squared(&from))) {
-                        if squared(key) < bound {
-                            waiting[count] = (key, node.children[lane(key)]);
-                            count += 1;
-                        }
+                        waiting[count] = (key, node.children[(key & 3) as usize]);
+                        count += usize::from(key < limit);
                     }
                 }
             }
@@ -147,6 +147,7 @@ impl Bvh {
 
 /// Squared distances as whole numbers in the same order, with their lanes in the two lowest bits:
 /// cut off, those make a bound smaller by a part in 2²¹, never larger.
+#[inline]
 fn keys(squared: [f32; WIDE]) -> [u32; WIDE] {
     let mut keys = squared.map(|squared| squared.to_bits() & !3);
     for (key, lane) in keys.iter_mut().zip(0..) {
@@ -155,15 +156,14 @@ fn keys(squared: [f32; WIDE]) -> [u32; WIDE] {
     keys
 }
 
-fn squared(key: u32) -> f64 {
-    f64::from(f32::from_bits(key & !3))
-}
-
-fn lane(key: u32) -> usize {
-    (key & 3) as usize
+/// A key that those of all smaller squares are below; at most that of a missing child.
+#[expect(clippy::cast_possible_truncation, reason = "4 is more than it loses")]
+fn limit_of(bound: f64) -> u32 {
+    ((bound as f32).to_bits() + 4).min(f32::INFINITY.to_bits())
 }
 
 /// The largest first, by Batcher's network of five comparisons.
+#[inline]
 fn sorted([a, b, c, d]: [u32; WIDE]) -> [u32; WIDE] {
     let (a, b) = (a.max(b), a.min(b));
     let (c, d) = (c.max(d), c.min(d));

@@ -2,6 +2,7 @@
 
 use super::WIDE;
 use crate::mesh::Aabb;
+use glam::{BVec4A, Vec4};
 
 /// A box in single precision, never smaller than the one it stands for.
 ///
@@ -27,13 +28,8 @@ const FARTHEST: f64 = 1e18;
 const SHRINK: f32 = 1.0 - 1.0 / (1 << 20) as f32;
 
 impl Bounds {
-    /// The box of nothing.
-    pub(super) const EMPTY: Self = Self {
-        min: [f32::INFINITY; 3],
-        max: [f32::NEG_INFINITY; 3],
-    };
-
     /// A box around another.
+    #[inline]
     pub(super) fn around(exact: &Aabb) -> Self {
         Self {
             min: exact.min.to_array().map(|x| round(x, -ROUNDING)),
@@ -41,6 +37,7 @@ impl Bounds {
         }
     }
 
+    #[inline]
     pub(super) fn overlaps(&self, other: &Self) -> bool {
         (0..3).all(|axis| self.min[axis] <= other.max[axis] && other.min[axis] <= self.max[axis])
     }
@@ -51,20 +48,11 @@ impl Bounds {
     clippy::cast_possible_truncation,
     reason = "the growth is larger than what is cut off"
 )]
+#[inline]
 fn round(x: f64, share: f32) -> f32 {
     let x = x.clamp(-FARTHEST, FARTHEST) as f32;
     // The product of the smallest numbers would vanish.
     x + (x.abs() + f32::MIN_POSITIVE / ROUNDING) * share
-}
-
-/// The smaller of two numbers: unlike `f32::min`, whose care for NaN takes four instructions more.
-fn smaller(a: f32, b: f32) -> f32 {
-    if a < b { a } else { b }
-}
-
-/// The larger of two numbers.
-fn larger(a: f32, b: f32) -> f32 {
-    if a > b { a } else { b }
 }
 
 /// A node or an item.
@@ -87,6 +75,7 @@ impl Child {
     }
 
     /// The item or the node.
+    #[inline]
     pub(super) fn known(self) -> Result<u32, usize> {
         if self.0 & Self::ITEM == 0 {
             Err(self.0 as usize)
@@ -100,19 +89,20 @@ impl Child {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Node {
     /// Smallest x, y, z of each child (m).
-    min: [[f32; WIDE]; 3],
+    min: [Vec4; 3],
     /// Largest x, y, z of each child (m).
-    max: [[f32; WIDE]; 3],
+    max: [Vec4; 3],
     pub(super) children: [Child; WIDE],
 }
 
 impl Node {
     pub(super) const EMPTY: Self = Self {
-        min: [[f32::INFINITY; WIDE]; 3],
-        max: [[f32::NEG_INFINITY; WIDE]; 3],
+        min: [Vec4::INFINITY; 3],
+        max: [Vec4::NEG_INFINITY; 3],
         children: [Child::NONE; WIDE],
     };
 
+    #[inline]
     pub(super) fn set(&mut self, lane: usize, bounds: &Bounds) {
         for axis in 0..3 {
             self.min[axis][lane] = bounds.min[axis];
@@ -120,50 +110,59 @@ impl Node {
         }
     }
 
+    #[inline]
     pub(super) fn get(&self, lane: usize) -> Bounds {
         Bounds {
-            min: [0, 1, 2].map(|axis| self.min[axis][lane]),
-            max: [0, 1, 2].map(|axis| self.max[axis][lane]),
+            min: self.min.map(|of| of[lane]),
+            max: self.max.map(|of| of[lane]),
         }
     }
 
     /// The box around all children.
+    #[inline]
     pub(super) fn bounds(&self) -> Bounds {
-        let mut bounds = Bounds::EMPTY;
-        for axis in 0..3 {
-            for lane in 0..WIDE {
-                bounds.min[axis] = smaller(bounds.min[axis], self.min[axis][lane]);
-                bounds.max[axis] = larger(bounds.max[axis], self.max[axis][lane]);
-            }
+        Bounds {
+            min: self.min.map(Vec4::min_element),
+            max: self.max.map(Vec4::max_element),
         }
-        bounds
     }
 
-    /// Which children overlap a box.
-    pub(super) fn overlaps(&self, bounds: &Bounds) -> [bool; WIDE] {
-        let mut overlaps = [true; WIDE];
+    /// The lanes of the children that overlap a box.
+    #[inline]
+    pub(super) fn overlapping(&self, bounds: &Bounds) -> Lanes {
+        let mut overlap = BVec4A::TRUE;
         for axis in 0..3 {
-            let (low, high) = (bounds.min[axis], bounds.max[axis]);
-            for lane in 0..WIDE {
-                overlaps[lane] &= self.min[axis][lane] <= high;
-                overlaps[lane] &= low <= self.max[axis][lane];
-            }
+            overlap &= self.min[axis].cmple(Vec4::splat(bounds.max[axis]));
+            overlap &= self.max[axis].cmpge(Vec4::splat(bounds.min[axis]));
         }
-        overlaps
+        Lanes(overlap.bitmask())
     }
 
     /// Lower bounds of the squared distances (m²) between a small box and the children, infinite
     /// where there is none.
+    #[inline]
     pub(super) fn distances_squared(&self, from: &Bounds) -> [f32; WIDE] {
-        let mut squared = [0.0; WIDE];
+        let mut squared = Vec4::ZERO;
         for axis in 0..3 {
-            for lane in 0..WIDE {
-                let below = self.min[axis][lane] - from.max[axis];
-                let above = from.min[axis] - self.max[axis][lane];
-                let outside = larger(larger(below, above), 0.0);
-                squared[lane] += outside * outside;
-            }
+            let below = self.min[axis] - Vec4::splat(from.max[axis]);
+            let above = Vec4::splat(from.min[axis]) - self.max[axis];
+            let outside = below.max(above).max(Vec4::ZERO);
+            squared += outside * outside;
         }
-        squared.map(|squared| squared * SHRINK)
+        (squared * SHRINK).to_array()
+    }
+}
+
+/// A set of lanes, the lowest first.
+pub(super) struct Lanes(u32);
+
+impl Iterator for Lanes {
+    type Item = usize;
+
+    #[inline]
+    fn next(&mut self) -> Option<usize> {
+        let lane = self.0.trailing_zeros();
+        self.0 &= self.0.wrapping_sub(1);
+        (lane < u32::BITS).then_some(lane as usize)
     }
 }

@@ -63,11 +63,9 @@ impl Bvh {
             if let Err(below) = one.child.known() {
                 self.within(below, found);
             }
-            let overlaps = self.nodes[node].overlaps(&one.bounds);
-            for other in lane + 1..WIDE {
-                if overlaps[other] {
-                    cross(&one, &self.child(node, other), found);
-                }
+            let overlapping = self.nodes[node].overlapping(&one.bounds);
+            for other in overlapping.filter(|&other| other > lane) {
+                cross(&one, &self.child(node, other), found);
             }
         }
     }
@@ -83,11 +81,8 @@ struct Subtree<'a> {
 impl Subtree<'_> {
     /// Calls `visit` with the children of a node that overlap a box.
     fn for_overlapping(&self, node: usize, bounds: &Bounds, mut visit: impl FnMut(&Self)) {
-        let overlaps = self.tree.nodes[node].overlaps(bounds);
-        for lane in 0..WIDE {
-            if overlaps[lane] {
-                visit(&self.tree.child(node, lane));
-            }
+        for lane in self.tree.nodes[node].overlapping(bounds) {
+            visit(&self.tree.child(node, lane));
         }
     }
 }
