@@ -6,6 +6,7 @@
 
 mod contact;
 mod detection;
+pub mod impact;
 mod obstacle;
 mod response;
 
