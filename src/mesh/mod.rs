@@ -1,6 +1,8 @@
 //! Geometry without physics: triangle meshes, the shapes of cloth, distances to bodies.
 
+mod aabb;
 mod block;
+mod bvh;
 mod chain;
 mod cloth;
 mod distance;
@@ -15,7 +17,9 @@ mod sheet;
 mod topology;
 mod tri_mesh;
 
+pub use aabb::Aabb;
 pub use block::block;
+pub use bvh::Bvh;
 pub use chain::chain;
 pub use cloth::cloth;
 pub use distance::{Nearest, Surface};

@@ -1,0 +1,110 @@
+//! Pairs of overlapping items, in one hierarchy or between two.
+//!
+//! Both trees are descended together, so that subtrees that are apart are left at once. The work
+//! falls into [parts](Bvh::parts) that depend on the hierarchy alone: a task for each gives the
+//! same pairs in the same order for any number of threads.
+
+use super::{Bvh, Child, WIDE};
+use crate::mesh::Aabb;
+
+impl Bvh {
+    /// Number of parts into which the search for pairs is cut: 32 to 34, as many as there are items
+    /// when those are fewer.
+    pub fn parts(&self) -> usize {
+        self.parts.len()
+    }
+
+    /// Calls `found` with every item of a part of this hierarchy and every item of `other` whose
+    /// boxes overlap.
+    pub fn pairs(&self, part: usize, other: &Self, mut found: impl FnMut(u32, u32)) {
+        let mine = self.part(part);
+        let all = Subtree {
+            tree: other,
+            child: Child::ROOT,
+            bounds: other.bounds(),
+        };
+        if mine.bounds.overlaps(all.bounds) {
+            cross(&mine, &all, &mut found);
+        }
+    }
+
+    /// Calls `found` once with every two items whose boxes overlap, the lower number first, of which
+    /// one is in a part and the other in this or a later one: all parts together give all pairs.
+    pub fn self_pairs(&self, part: usize, mut found: impl FnMut(u32, u32)) {
+        let mut ordered = |a: u32, b: u32| found(a.min(b), a.max(b));
+        let mine = self.part(part);
+        if let Err(node) = mine.child.known() {
+            self.within(node, &mut ordered);
+        }
+        for later in part + 1..self.parts.len() {
+            let later = self.part(later);
+            if mine.bounds.overlaps(later.bounds) {
+                cross(&mine, &later, &mut ordered);
+            }
+        }
+    }
+
+    fn part(&self, part: usize) -> Subtree<'_> {
+        let slot = self.parts[part];
+        self.child(slot.node, slot.lane)
+    }
+
+    fn child(&self, node: usize, lane: usize) -> Subtree<'_> {
+        Subtree {
+            tree: self,
+            child: self.nodes[node].children[lane],
+            bounds: self.nodes[node].get(lane),
+        }
+    }
+
+    /// The pairs below one node.
+    fn within(&self, node: usize, found: &mut impl FnMut(u32, u32)) {
+        for lane in 0..WIDE {
+            let one = self.child(node, lane);
+            if let Err(below) = one.child.known() {
+                self.within(below, found);
+            }
+            let overlaps = self.nodes[node].overlaps(&one.bounds);
+            for other in lane + 1..WIDE {
+                if overlaps[other] {
+                    cross(&one, &self.child(node, other), found);
+                }
+            }
+        }
+    }
+}
+
+/// An item, or a node and all below it.
+struct Subtree<'a> {
+    tree: &'a Bvh,
+    child: Child,
+    bounds: Aabb,
+}
+
+impl Subtree<'_> {
+    /// Calls `visit` with the children of a node that overlap a box.
+    fn for_overlapping(&self, node: usize, bounds: &Aabb, mut visit: impl FnMut(&Self)) {
+        let overlaps = self.tree.nodes[node].overlaps(bounds);
+        for lane in 0..WIDE {
+            if overlaps[lane] {
+                visit(&self.tree.child(node, lane));
+            }
+        }
+    }
+}
+
+/// The pairs between two subtrees whose boxes overlap.
+fn cross(one: &Subtree<'_>, other: &Subtree<'_>, found: &mut impl FnMut(u32, u32)) {
+    match (one.child.known(), other.child.known()) {
+        (Ok(a), Ok(b)) => found(a, b),
+        (Err(node), Ok(_)) => {
+            one.for_overlapping(node, &other.bounds, |below| cross(below, other, found));
+        }
+        (Ok(_), Err(node)) => {
+            other.for_overlapping(node, &one.bounds, |below| cross(one, below, found));
+        }
+        (Err(node), Err(node2)) => one.for_overlapping(node, &other.bounds, |below| {
+            other.for_overlapping(node2, &below.bounds, |below2| cross(below, below2, found));
+        }),
+    }
+}

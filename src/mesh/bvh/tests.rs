@@ -1,0 +1,209 @@
+//! Against all boxes one by one.
+
+use super::build::HALVED_FROM;
+use super::{Bvh, DEEPEST};
+use crate::mesh::Aabb;
+use glam::{DVec3, dvec3};
+
+/// Numbers in 0..1 from a fixed seed (Steele, Lea and Flood 2014, splitmix64).
+struct Random(u64);
+
+impl Random {
+    #[expect(clippy::cast_precision_loss, reason = "53 bits are exact")]
+    fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    fn point(&mut self) -> DVec3 {
+        dvec3(self.next(), self.next(), self.next())
+    }
+
+    fn boxes(&mut self, count: usize, size: f64) -> Vec<Aabb> {
+        let mut one = || {
+            let low = self.point();
+            Aabb::around([low, low + size * self.point()])
+        };
+        (0..count).map(|_| one()).collect()
+    }
+}
+
+/// Lists that a hierarchy has to stand, each with its name.
+fn lists() -> Vec<(&'static str, Vec<Aabb>)> {
+    let mut random = Random(7);
+    let line = (0..3000).map(|i| Aabb::around([DVec3::X * f64::from(i)]));
+    let powers = (0..900).map(|i| Aabb::around([DVec3::X * 2.0_f64.powi(i), DVec3::ZERO]));
+    let mut huge = random.boxes(50, 0.1);
+    huge.push(Aabb::around([DVec3::MIN, DVec3::MAX]));
+    let mut list = vec![
+        ("none", Vec::new()),
+        ("equal", vec![Aabb::around([DVec3::ZERO, DVec3::ONE]); 2500]),
+        ("coincident points", vec![Aabb::around([DVec3::ONE]); 5000]),
+        ("points on a line", line.collect()),
+        ("powers of two", powers.collect()),
+        ("one without end", huge),
+        ("flat", random.boxes(400, 0.1)),
+        ("large", random.boxes(3000, 0.05)),
+    ];
+    for flat in &mut list[6].1 {
+        flat.min.y = 0.5;
+        flat.max.y = 0.5;
+    }
+    for count in 1..40 {
+        list.push(("few", random.boxes(count, 0.3)));
+    }
+    list
+}
+
+fn sorted<T: Ord>(mut list: Vec<T>) -> Vec<T> {
+    list.sort_unstable();
+    list
+}
+
+fn check_overlapping(name: &str, tree: &Bvh, boxes: &[Aabb], query: &Aabb) {
+    let mut found = Vec::new();
+    tree.overlapping(query, |item| found.push(item));
+    let expected = (0..).zip(boxes).filter(|(_, b)| b.overlaps(*query));
+    let expected: Vec<u32> = expected.map(|(item, _)| item).collect();
+    assert_eq!(
+        sorted(found),
+        expected,
+        "{name}, {} boxes, {query:?}",
+        boxes.len()
+    );
+}
+
+fn check_nearest(name: &str, tree: &Bvh, boxes: &[Aabb], p: DVec3, reach: f64) {
+    let mut asked = 0;
+    let mut found = f64::INFINITY;
+    tree.nearest(p, reach * reach, |item, bound| {
+        asked += 1;
+        let distance = boxes[item as usize].distance_squared(p);
+        if distance < bound {
+            found = distance;
+            distance
+        } else {
+            bound
+        }
+    });
+    let all = boxes.iter().map(|b| b.distance_squared(p));
+    let expected = all.fold(f64::INFINITY, f64::min);
+    let within = expected < reach * reach;
+    assert_eq!(
+        found,
+        if within { expected } else { f64::INFINITY },
+        "{name} at {p}"
+    );
+    assert!(asked <= boxes.len(), "{name}: {asked} of {}", boxes.len());
+}
+
+fn check_pairs(name: &str, tree: &Bvh, boxes: &[Aabb], other: &Bvh, others: &[Aabb]) {
+    let (mut own, mut crossed) = (Vec::new(), Vec::new());
+    for part in 0..tree.parts() {
+        tree.self_pairs(part, |a, b| own.push((a, b)));
+        tree.pairs(part, other, |a, b| crossed.push((a, b)));
+    }
+    let (mut all_own, mut all_crossed) = (Vec::new(), Vec::new());
+    for (a, one) in (0..).zip(boxes) {
+        let later = (0_u32..).zip(boxes).skip(a as usize + 1);
+        all_own.extend(later.filter(|(_, b)| b.overlaps(*one)).map(|(b, _)| (a, b)));
+        let across = (0_u32..).zip(others);
+        all_crossed.extend(
+            across
+                .filter(|(_, b)| b.overlaps(*one))
+                .map(|(b, _)| (a, b)),
+        );
+    }
+    assert_eq!(sorted(own), all_own, "{name}, {} boxes", boxes.len());
+    assert_eq!(
+        sorted(crossed),
+        all_crossed,
+        "{name}, {} boxes",
+        boxes.len()
+    );
+}
+
+#[test]
+fn answers_are_those_of_brute_force_also_after_motion() {
+    let mut random = Random(1);
+    let others = random.boxes(300, 0.2);
+    let other = Bvh::new(&others);
+    for (name, mut boxes) in lists() {
+        let mut tree = Bvh::new(&boxes);
+        assert_eq!(
+            (tree.len(), tree.is_empty()),
+            (boxes.len(), boxes.is_empty())
+        );
+        for moved in [false, true] {
+            if moved {
+                for one in &mut boxes {
+                    let shift = 0.3 * (random.point() - 0.5);
+                    *one = Aabb {
+                        min: one.min + shift,
+                        max: one.max + shift,
+                    };
+                }
+                tree.refit(&boxes);
+            }
+            let whole = boxes.iter().fold(Aabb::EMPTY, |whole, &b| whole.union(b));
+            assert_eq!(tree.bounds(), whole, "{name}");
+            for query in random.boxes(30, 0.3) {
+                check_overlapping(name, &tree, &boxes, &query);
+                check_overlapping(name, &tree, &boxes, &Aabb::around([query.min]));
+                for reach in [0.02, 0.5, f64::MAX] {
+                    check_nearest(name, &tree, &boxes, 3.0 * query.min - 1.0, reach);
+                }
+            }
+            let all = Aabb {
+                min: DVec3::NEG_INFINITY,
+                max: DVec3::INFINITY,
+            };
+            check_overlapping(name, &tree, &boxes, &all);
+            check_pairs(name, &tree, &boxes, &other, &others);
+        }
+    }
+}
+
+#[test]
+fn a_query_looks_at_few_items() {
+    let mut random = Random(3);
+    let boxes = random.boxes(30_000, 0.02);
+    let tree = Bvh::new(&boxes);
+    let mut asked = 0;
+    for _ in 0..1000 {
+        let p = random.point();
+        tree.nearest(p, f64::MAX, |item, bound| {
+            asked += 1;
+            boxes[item as usize].distance_squared(p).min(bound)
+        });
+    }
+    // Where boxes are this dense, a point is in one or close to it; 1.6 a query are asked.
+    assert!(asked < 2500, "{asked} of 30 000 in 1000 queries");
+    assert!((32..35).contains(&tree.parts()), "{}", tree.parts());
+}
+
+#[test]
+fn the_depth_is_bounded_for_the_worst_that_fits() {
+    // Boxes each 16 times the last: every split by bins cuts off one. 1e-300 to 1e300 in 2⁴.
+    let boxes: Vec<Aabb> = (-250..250)
+        .flat_map(|i| [Aabb::around([DVec3::ONE * 16.0_f64.powi(i), DVec3::ZERO]); 9])
+        .collect();
+    let tree = Bvh::new(&boxes);
+    let mut found = 0;
+    tree.overlapping(&Aabb::around([DVec3::ZERO]), |_| found += 1);
+    assert_eq!(found, boxes.len());
+    let mut level = vec![1; tree.nodes.len()];
+    for (node, children) in tree.nodes.iter().map(|node| node.children).enumerate() {
+        for child in children.into_iter().filter_map(|child| child.known().err()) {
+            level[child] = level[node] + 1;
+        }
+    }
+    let deepest = level.iter().max().unwrap();
+    assert!(
+        (HALVED_FROM + 1..=DEEPEST).contains(deepest),
+        "{deepest} levels"
+    );
+}
