@@ -13,6 +13,7 @@ pub struct TriMesh {
 
 impl TriMesh {
     /// The three corners of a triangle (m).
+    #[inline]
     pub fn corners(&self, triangle: [u32; 3]) -> [DVec3; 3] {
         triangle.map(|vertex| self.positions[vertex as usize])
     }

@@ -5,7 +5,8 @@
 //!
 //! Sources: Goldsmith and Salmon 1987 (heuristic); Wald 2007 (bins).
 
-use super::{Bvh, Child, Node, Slot, WIDE};
+use super::node::{Bounds, Child, Node};
+use super::{Bvh, Part, WIDE};
 use crate::mesh::Aabb;
 use glam::DVec3;
 use std::ops::Range;
@@ -30,9 +31,14 @@ pub(super) fn build(boxes: &[Aabb]) -> Bvh {
     };
     build.node(0..boxes.len(), 0);
     let parts = build.parts();
+    let inside = |node: &usize| parts.iter().any(|part| part.below.contains(node));
+    let top = (0..build.nodes.len())
+        .filter(|node| !inside(node))
+        .collect();
     Bvh {
         nodes: build.nodes,
         parts,
+        top,
         items: boxes.len(),
     }
 }
@@ -42,7 +48,7 @@ struct Build<'a> {
     /// The items; each subtree's stand in a row.
     order: Vec<u32>,
     nodes: Vec<Node>,
-    /// Items below each node.
+    /// Nodes of the subtree that each node begins.
     sizes: Vec<usize>,
 }
 
@@ -51,20 +57,20 @@ impl Build<'_> {
     fn node(&mut self, range: Range<usize>, level: usize) -> Child {
         let at = self.nodes.len();
         self.nodes.push(Node::EMPTY);
-        self.sizes.push(range.len());
+        self.sizes.push(0);
         let (ranges, count) = self.four(range, level);
         for (lane, range) in ranges.into_iter().take(count).enumerate() {
-            let bounds = self.bounds(&range);
+            let bounds = Bounds::around(&self.bounds(&range));
             let child = if range.len() == 1 {
                 Child::item(self.order[range.start])
             } else {
                 self.node(range, level + 1)
             };
-            self.nodes[at].set(lane, bounds);
+            self.nodes[at].set(lane, &bounds);
             self.nodes[at].children[lane] = child;
         }
-        #[expect(clippy::cast_possible_truncation, reason = "fewer nodes than items")]
-        Child(at as u32)
+        self.sizes[at] = self.nodes.len() - at;
+        Child::node(at)
     }
 
     /// Splits a range into at most four, each time the one with the largest surface.
@@ -162,31 +168,42 @@ impl Build<'_> {
     }
 
     /// Opens the largest subtree until there are enough.
-    fn parts(&self) -> Vec<Slot> {
-        let child = |slot: &Slot| self.nodes[slot.node].children[slot.lane].known();
-        let size = |slot: &Slot| child(slot).map_or_else(|node| self.sizes[node], |_| 1);
-        let mut parts = self.slots(0);
+    fn parts(&self) -> Vec<Part> {
+        let mut parts = self.children(0);
         while parts.len() < PARTS {
             let mut largest = 0;
             for other in 1..parts.len() {
-                if size(&parts[other]) > size(&parts[largest]) {
+                if parts[other].below.len() > parts[largest].below.len() {
                     largest = other;
                 }
             }
-            let Some(Err(node)) = parts.get(largest).map(child) else {
-                break;
-            };
-            parts.splice(largest..=largest, self.slots(node));
+            match parts.get(largest).map(|part| part.below.clone()) {
+                Some(below) if !below.is_empty() => {
+                    parts.splice(largest..=largest, self.children(below.start));
+                }
+                _ => break,
+            }
         }
         parts
     }
 
-    /// The places of a node's children.
-    fn slots(&self, node: usize) -> Vec<Slot> {
-        (0..WIDE)
-            .filter(|&lane| self.nodes[node].children[lane] != Child::NONE)
-            .map(|lane| Slot { node, lane })
-            .collect()
+    /// The children of a node. Their nodes follow it in a row.
+    fn children(&self, node: usize) -> Vec<Part> {
+        let mut next = node + 1;
+        let mut children = Vec::new();
+        for lane in 0..WIDE {
+            let start = next;
+            match self.nodes[node].children[lane] {
+                Child::NONE => continue,
+                child => next += child.known().map_or_else(|node| self.sizes[node], |_| 0),
+            }
+            children.push(Part {
+                node,
+                lane,
+                below: start..next,
+            });
+        }
+        children
     }
 }
 

@@ -4,8 +4,8 @@
 //! falls into [parts](Bvh::parts) that depend on the hierarchy alone: a task for each gives the
 //! same pairs in the same order for any number of threads.
 
-use super::{Bvh, Child, WIDE};
-use crate::mesh::Aabb;
+use super::node::{Bounds, Child};
+use super::{Bvh, WIDE};
 
 impl Bvh {
     /// Number of parts into which the search for pairs is cut: 32 to 34, as many as there are items
@@ -21,9 +21,9 @@ impl Bvh {
         let all = Subtree {
             tree: other,
             child: Child::ROOT,
-            bounds: other.bounds(),
+            bounds: other.nodes[0].bounds(),
         };
-        if mine.bounds.overlaps(all.bounds) {
+        if mine.bounds.overlaps(&all.bounds) {
             cross(&mine, &all, &mut found);
         }
     }
@@ -38,15 +38,14 @@ impl Bvh {
         }
         for later in part + 1..self.parts.len() {
             let later = self.part(later);
-            if mine.bounds.overlaps(later.bounds) {
+            if mine.bounds.overlaps(&later.bounds) {
                 cross(&mine, &later, &mut ordered);
             }
         }
     }
 
     fn part(&self, part: usize) -> Subtree<'_> {
-        let slot = self.parts[part];
-        self.child(slot.node, slot.lane)
+        self.child(self.parts[part].node, self.parts[part].lane)
     }
 
     fn child(&self, node: usize, lane: usize) -> Subtree<'_> {
@@ -64,11 +63,9 @@ impl Bvh {
             if let Err(below) = one.child.known() {
                 self.within(below, found);
             }
-            let overlaps = self.nodes[node].overlaps(&one.bounds);
-            for other in lane + 1..WIDE {
-                if overlaps[other] {
-                    cross(&one, &self.child(node, other), found);
-                }
+            let overlapping = self.nodes[node].overlapping(&one.bounds);
+            for other in overlapping.filter(|&other| other > lane) {
+                cross(&one, &self.child(node, other), found);
             }
         }
     }
@@ -78,17 +75,14 @@ impl Bvh {
 struct Subtree<'a> {
     tree: &'a Bvh,
     child: Child,
-    bounds: Aabb,
+    bounds: Bounds,
 }
 
 impl Subtree<'_> {
     /// Calls `visit` with the children of a node that overlap a box.
-    fn for_overlapping(&self, node: usize, bounds: &Aabb, mut visit: impl FnMut(&Self)) {
-        let overlaps = self.tree.nodes[node].overlaps(bounds);
-        for lane in 0..WIDE {
-            if overlaps[lane] {
-                visit(&self.tree.child(node, lane));
-            }
+    fn for_overlapping(&self, node: usize, bounds: &Bounds, mut visit: impl FnMut(&Self)) {
+        for lane in self.tree.nodes[node].overlapping(bounds) {
+            visit(&self.tree.child(node, lane));
         }
     }
 }
