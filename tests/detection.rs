@@ -290,7 +290,7 @@ struct Count {
 }
 
 fn check(case: &Case, count: &mut Count) {
-    let found = meeting(case.features, case.at(0), case.at(STEP), SEPARATION);
+    let found = meeting(case.features, case.at(0), case.at(STEP), SEPARATION, 0.25 * SEPARATION);
     count.cases += 1;
     count.met += u32::from(found.is_some());
     let ticks = case.critical();
@@ -399,7 +399,7 @@ fn near_degenerate(features: Features, numbers: &mut Numbers) -> bool {
     let start = std::array::from_fn(|i| round(x[i] - v[i] * time));
     let end = std::array::from_fn(|i| round(x[i] + v[i] * (1.0 - time)));
     let between = exact_between(&start, &end, &weights, tick);
-    let found = meeting(features, start, end, separation);
+    let found = meeting(features, start, end, separation, 0.25 * separation);
     let close = between < 0.999 * separation;
     if close {
         let case = (features, start, end, separation);

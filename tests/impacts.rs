@@ -1,0 +1,290 @@
+//! The impact stage on sheets of particles and springs: nothing crosses anything, by an exact
+//! predicate, at any speed.
+
+use glam::{DVec3, dvec3};
+use muslin::collision::impact::{Fabric, Impacts, Layers, Resolved, Shape, Solid, Step};
+use robust::{Coord3D, orient3d};
+
+/// A mesh.
+#[derive(Clone, Default)]
+struct Mesh {
+    positions: Vec<DVec3>,
+    triangles: Vec<[u32; 3]>,
+}
+
+impl Mesh {
+    /// A square sheet of side 1 m in the xz plane, of `cells` each way.
+    fn sheet(cells: u32) -> Self {
+        let n = cells + 1;
+        let place = |k: u32| f64::from(k) / f64::from(cells) - 0.5;
+        let positions = (0..n * n).map(|k| dvec3(place(k % n), 0.0, place(k / n))).collect();
+        let mut triangles = Vec::new();
+        for j in 0..cells {
+            for i in 0..cells {
+                let [a, b, c, d] = [j * n + i, j * n + i + 1, (j + 1) * n + i, (j + 1) * n + i + 1];
+                if (i + j) % 2 == 0 {
+                    triangles.extend([[a, c, b], [b, c, d]]);
+                } else {
+                    triangles.extend([[a, c, d], [a, d, b]]);
+                }
+            }
+        }
+        Self { positions, triangles }
+    }
+
+    /// A box between two corners.
+    fn cuboid(low: DVec3, high: DVec3) -> Self {
+        let corner = |k: u32| {
+            let side = |axis: u32| f64::from(k >> axis & 1);
+            low + (high - low) * dvec3(side(0), side(1), side(2))
+        };
+        let faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+        Self {
+            positions: (0..8).map(corner).collect(),
+            triangles: faces.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect(),
+        }
+    }
+
+    /// A pyramid that points up with its tip at the origin.
+    fn spike(width: f64, height: f64) -> Self {
+        let base = |x: f64, z: f64| dvec3(0.5 * width * x, -height, 0.5 * width * z);
+        Self {
+            positions: vec![DVec3::ZERO, base(1.0, 1.0), base(1.0, -1.0), base(-1.0, -1.0), base(-1.0, 1.0)],
+            triangles: vec![[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 1], [1, 3, 2], [1, 4, 3]],
+        }
+    }
+
+    fn moved(mut self, to: impl Fn(DVec3) -> DVec3) -> Self {
+        self.positions.iter_mut().for_each(|x| *x = to(*x));
+        self
+    }
+
+    fn and(mut self, other: &Self) -> Self {
+        let first = self.positions.len() as u32;
+        self.positions.extend(&other.positions);
+        self.triangles.extend(other.triangles.iter().map(|t| t.map(|i| first + i)));
+        self
+    }
+
+    fn edges(&self) -> Vec<[u32; 2]> {
+        let all = self.triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
+        let mut edges: Vec<[u32; 2]> = all.map(|[i, j]| [i.min(j), i.max(j)]).collect();
+        edges.sort_unstable();
+        edges.dedup();
+        edges
+    }
+
+    fn solid(&self, friction: f64) -> Solid {
+        let shape = Shape::Mesh {
+            vertices: self.positions.len(),
+            triangles: self.triangles.clone(),
+        };
+        Solid { shape, friction, floor: FLOOR }
+    }
+}
+
+/// Distance kept from solids (m).
+const FLOOR: f64 = 3e-4;
+
+/// The exact sign of the volume of four points.
+fn side([a, b, c, d]: [DVec3; 4]) -> i32 {
+    let point = |p: DVec3| Coord3D { x: p.x, y: p.y, z: p.z };
+    let volume = orient3d(point(a), point(b), point(c), point(d));
+    i32::from(volume > 0.0) - i32::from(volume < 0.0)
+}
+
+/// Whether an edge crosses a triangle, exactly; to touch counts, to lie within its plane doesn't.
+fn crosses([p, q]: [DVec3; 2], [a, b, c]: [DVec3; 3]) -> bool {
+    let ends = [side([a, b, c, p]), side([a, b, c, q])];
+    if ends[0] * ends[1] > 0 || ends == [0, 0] {
+        return false;
+    }
+    let around = [side([p, q, a, b]), side([p, q, b, c]), side([p, q, c, a])];
+    around.iter().all(|s| *s >= 0) || around.iter().all(|s| *s <= 0)
+}
+
+/// Edges of one mesh that cross triangles of another; of the same, those that share no vertex.
+fn crossings(edges: &Mesh, triangles: &Mesh, same: bool) -> usize {
+    let low = |t: &[DVec3]| t.iter().fold(DVec3::MAX, |low, x| low.min(*x));
+    let high = |t: &[DVec3]| t.iter().fold(DVec3::MIN, |high, x| high.max(*x));
+    let mut count = 0;
+    for triangle in &triangles.triangles {
+        let face = triangle.map(|i| triangles.positions[i as usize]);
+        let (least, most) = (low(&face), high(&face));
+        for edge in edges.edges() {
+            let ends = edge.map(|i| edges.positions[i as usize]);
+            let apart = low(&ends).cmpgt(most).any() || high(&ends).cmplt(least).any();
+            let shared = same && edge.iter().any(|i| triangle.contains(i));
+            count += usize::from(!apart && !shared && crosses(ends, face));
+        }
+    }
+    count
+}
+
+/// Cloth of unit-mass-per-area sheets with springs along its edges, and solids.
+struct World {
+    cloth: Mesh,
+    velocities: Vec<DVec3>,
+    inverse_masses: Vec<f64>,
+    springs: Vec<([u32; 2], f64)>,
+    stiffness: f64,
+    gravity: DVec3,
+    solids: Vec<Mesh>,
+    impacts: Impacts,
+    dt: f64,
+}
+
+impl World {
+    fn new(cloth: Mesh, solids: Vec<Mesh>, friction: f64, layers: Option<Layers>) -> Self {
+        let mut masses = vec![0.0; cloth.positions.len()];
+        for triangle in &cloth.triangles {
+            let [a, b, c] = triangle.map(|i| cloth.positions[i as usize]);
+            let area = 0.5 * (b - a).cross(c - a).length();
+            triangle.iter().for_each(|&i| masses[i as usize] += 0.2 * area / 3.0);
+        }
+        let fabric = Fabric {
+            particles: cloth.positions.len(),
+            triangles: &cloth.triangles,
+            edges: &[],
+        };
+        let told: Vec<Solid> = solids.iter().map(|solid| solid.solid(friction)).collect();
+        let mut impacts = Impacts::new(fabric, &told, layers);
+        for (k, solid) in solids.iter().enumerate() {
+            impacts.place(k, &solid.positions, &solid.positions);
+        }
+        let length = |e: [u32; 2]| {
+            let [a, b] = e.map(|i| cloth.positions[i as usize]);
+            (b - a).length()
+        };
+        Self {
+            springs: cloth.edges().into_iter().map(|edge| (edge, length(edge))).collect(),
+            velocities: vec![DVec3::ZERO; masses.len()],
+            inverse_masses: masses.iter().map(|mass| 1.0 / mass).collect(),
+            stiffness: 20.0,
+            gravity: DVec3::Y * -9.81,
+            cloth,
+            solids,
+            impacts,
+            dt: 0.004,
+        }
+    }
+
+    fn kinetic(&self) -> f64 {
+        let each = self.velocities.iter().zip(&self.inverse_masses);
+        each.filter(|(_, w)| **w > 0.0).map(|(v, w)| 0.5 * v.length_squared() / w).sum()
+    }
+
+    fn momentum(&self) -> DVec3 {
+        let each = self.velocities.iter().zip(&self.inverse_masses);
+        each.map(|(v, w)| *v / *w).sum()
+    }
+
+    /// One step: substeps of gravity and damped springs, then the stage on the whole way.
+    fn step(&mut self, moved: impl Fn(usize, DVec3) -> DVec3) -> Resolved {
+        let before = self.cloth.positions.clone();
+        let substeps = 40;
+        let h = self.dt / f64::from(substeps);
+        for _ in 0..substeps {
+            for &([i, j], length) in &self.springs {
+                let [i, j] = [i as usize, j as usize];
+                let d = self.cloth.positions[j] - self.cloth.positions[i];
+                let n = d.normalize_or_zero();
+                let rate = (self.velocities[j] - self.velocities[i]).dot(n);
+                let pull = n * (h * (self.stiffness * (d.length() - length) + 0.02 * rate));
+                self.velocities[i] += pull * self.inverse_masses[i];
+                self.velocities[j] -= pull * self.inverse_masses[j];
+            }
+            for i in 0..self.velocities.len() {
+                if self.inverse_masses[i] > 0.0 {
+                    self.velocities[i] += self.gravity * h;
+                    self.cloth.positions[i] += self.velocities[i] * h;
+                }
+            }
+        }
+        for (k, solid) in self.solids.iter_mut().enumerate() {
+            let from = solid.positions.clone();
+            solid.positions.iter_mut().for_each(|x| *x = moved(k, *x));
+            if from != solid.positions {
+                self.impacts.place(k, &from, &solid.positions);
+            }
+        }
+        let kinetic = self.kinetic();
+        let step = Step { dt: self.dt, before: &before, inverse_masses: &self.inverse_masses };
+        let resolved = self.impacts.resolve(step, &mut self.cloth.positions, &mut self.velocities);
+        let lost = resolved.approach + resolved.friction - resolved.work;
+        assert!(
+            (kinetic - self.kinetic() - lost).abs() <= 1e-9 * (kinetic + resolved.work.abs()),
+            "{kinetic} J became {}, {resolved:?}",
+            self.kinetic()
+        );
+        assert!(resolved.approach >= -1e-12 && resolved.friction >= -1e-12, "{resolved:?}");
+        resolved
+    }
+
+    fn run(&mut self, steps: u32, moved: impl Fn(usize, DVec3) -> DVec3) -> Vec<Resolved> {
+        let mut all = Vec::new();
+        for step in 0..steps {
+            let resolved = self.step(&moved);
+            assert_eq!(resolved.missed, 0, "step {step}: {resolved:?}");
+            self.check(step, &resolved);
+            all.push(resolved);
+        }
+        all
+    }
+
+    fn check(&self, step: u32, resolved: &Resolved) {
+        for solid in &self.solids {
+            let crossed = crossings(&self.cloth, solid, false) + crossings(solid, &self.cloth, false);
+            assert_eq!(crossed, 0, "step {step}: {resolved:?}");
+        }
+    }
+}
+
+fn zones(all: &[Resolved]) -> usize {
+    all.iter().map(|resolved| resolved.zones).sum()
+}
+
+fn summary(name: &str, all: &[Resolved]) {
+    let impacts: usize = all.iter().map(|r| r.impacts).sum();
+    let rounds = all.iter().map(|r| r.rounds).max().unwrap();
+    println!("{name}: {impacts} impacts, at most {rounds} rounds, {} zones", zones(all));
+}
+
+#[test]
+fn a_needle_does_not_pass_through_a_coarse_sheet() {
+    for speed in [1.0, 10.0, 100.0, 300.0] {
+        for cloth_moves in [false, true] {
+            let needle = Mesh::spike(1e-3, 0.2).moved(|x| x + dvec3(0.03, -0.05, 0.013));
+            let mut world = World::new(Mesh::sheet(4), vec![needle], 0.3, None);
+            world.gravity = DVec3::ZERO;
+            let way = DVec3::Y * (speed * world.dt);
+            let all = if cloth_moves {
+                world.velocities.fill(DVec3::Y * -speed);
+                world.run(25, |_, x| x)
+            } else {
+                world.run(25, |_, x| x + way)
+            };
+            summary(&format!("needle at {speed} m/s, cloth moves: {cloth_moves}"), &all);
+            assert!(all.iter().any(|r| r.impacts > 0));
+        }
+    }
+}
+
+#[test]
+fn edges_of_a_box_hold_edges_of_cloth() {
+    // Narrower than a cell: no vertex of the sheet meets it, no vertex of the box a face.
+    let ridge = Mesh::cuboid(dvec3(-0.7, -0.3, 0.04), dvec3(0.7, -0.05, 0.07));
+    let mut world = World::new(Mesh::sheet(6), vec![ridge], 0.3, None);
+    let all = world.run(120, |_, x| x);
+    summary("ridge", &all);
+    assert!(world.cloth.positions.iter().any(|x| x.y < -0.2), "it hangs over the ridge");
+}
+
+#[test]
+fn a_sheet_falls_on_a_spike() {
+    let spike = Mesh::spike(0.1, 0.5).moved(|x| x + dvec3(0.02, -0.1, 0.01));
+    let mut world = World::new(Mesh::sheet(8), vec![spike], 0.3, None);
+    let all = world.run(120, |_, x| x);
+    summary("spike", &all);
+    assert!(world.cloth.positions.iter().any(|x| x.y < -0.3));
+}
