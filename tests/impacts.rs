@@ -288,3 +288,110 @@ fn a_sheet_falls_on_a_spike() {
     summary("spike", &all);
     assert!(world.cloth.positions.iter().any(|x| x.y < -0.3));
 }
+
+/// Thickness of cloth in collisions with itself (m).
+const THICKNESS: f64 = 3e-3;
+
+fn layered(cloth: Mesh, sizes: &[usize], solids: Vec<Mesh>, friction: f64) -> World {
+    let numbers = (0..).zip(sizes);
+    let layers = Layers {
+        thickness: THICKNESS,
+        friction,
+        rest: cloth.positions.clone(),
+        cloth: numbers.flat_map(|(k, &size)| std::iter::repeat_n(k, size)).collect(),
+    };
+    World::new(cloth, solids, friction, Some(layers))
+}
+
+/// Steps without solids: nothing crosses, momentum stays, energy doesn't grow.
+fn run_alone(world: &mut World, steps: u32) -> Vec<Resolved> {
+    let mut all = Vec::new();
+    for step in 0..steps {
+        let before = world.momentum();
+        let scale: f64 = {
+            let each = world.velocities.iter().zip(&world.inverse_masses);
+            each.map(|(v, w)| v.length() / w).sum()
+        };
+        let resolved = world.step(|_, x| x);
+        let fall: f64 = world.inverse_masses.iter().map(|w| world.dt / w).sum();
+        let drift = world.momentum() - before - world.gravity * fall;
+        assert!(drift.length() <= 1e-12 * scale, "step {step}: {drift} of {scale}, {resolved:?}");
+        assert_eq!(resolved.missed, 0, "step {step}: {resolved:?}");
+        let crossed = crossings(&world.cloth, &world.cloth, true);
+        assert_eq!(crossed, 0, "step {step}: {resolved:?}");
+        all.push(resolved);
+    }
+    all
+}
+
+#[test]
+fn two_sheets_at_high_speed_keep_apart() {
+    for speed in [1.0, 10.0, 100.0, 300.0] {
+        let turned = |x: DVec3| {
+            let turn = glam::DQuat::from_euler(glam::EulerRot::YXZ, 0.4, 0.05, 0.1);
+            turn * x + dvec3(0.05, 0.15, 0.02)
+        };
+        let one = Mesh::sheet(7);
+        let size = one.positions.len();
+        let both = one.and(&Mesh::sheet(6).moved(turned));
+        let sizes = [size, both.positions.len() - size];
+        let mut world = layered(both, &sizes, Vec::new(), 0.3);
+        world.gravity = DVec3::ZERO;
+        world.velocities[size..].fill(DVec3::Y * -speed);
+        let steps = (0.3 / (speed * world.dt)).ceil() as u32 + 15;
+        let all = run_alone(&mut world, steps.min(60));
+        summary(&format!("two sheets at {speed} m/s"), &all);
+        assert!(all.iter().any(|r| r.impacts > 0));
+    }
+}
+
+#[test]
+fn a_stack_of_three_sheets_stays_in_order() {
+    let ground = Mesh::cuboid(dvec3(-0.8, -0.2, -0.8), dvec3(0.8, -0.02, 0.8));
+    let mut stack = Mesh::default();
+    let mut sizes = Vec::new();
+    for k in 0..3_u32 {
+        let turn = glam::DQuat::from_rotation_y(0.3 * f64::from(k));
+        let up = DVec3::Y * (0.03 * f64::from(k));
+        stack = stack.and(&Mesh::sheet(10).moved(|x| turn * x + up));
+        sizes.push(121);
+    }
+    let mut world = layered(stack, &sizes, vec![ground], 0.3);
+    let mut all = Vec::new();
+    for step in 0..150 {
+        let resolved = world.step(|_, x| x);
+        assert_eq!(resolved.missed, 0, "step {step}: {resolved:?}");
+        assert_eq!(crossings(&world.cloth, &world.cloth, true), 0, "step {step}: {resolved:?}");
+        world.check(step, &resolved);
+        all.push(resolved);
+    }
+    summary("stack", &all);
+    let height = |k: usize| {
+        let layer = &world.cloth.positions[121 * k..121 * (k + 1)];
+        layer.iter().map(|x| x.y).sum::<f64>() / 121.0
+    };
+    let [low, middle, high] = [0, 1, 2].map(height);
+    println!("heights above ground {} {} {}", low + 0.02, middle + 0.02, high + 0.02);
+    assert!(middle - low > 0.8 * THICKNESS && high - middle > 0.8 * THICKNESS);
+    assert!(middle - low < 1.5 * THICKNESS && high - middle < 1.5 * THICKNESS);
+}
+
+#[test]
+fn a_sheet_folded_on_itself_does_not_cross() {
+    let ground = Mesh::cuboid(dvec3(-0.8, -0.2, -0.8), dvec3(0.8, -0.02, 0.8));
+    // Standing on edge, it buckles and falls together in folds.
+    let standing = Mesh::sheet(14).moved(|x| dvec3(x.x, x.z + 0.5, 0.02 * (17.0 * x.z).sin()));
+    let size = standing.positions.len();
+    let mut world = layered(standing, &[size], vec![ground], 0.3);
+    let mut all = Vec::new();
+    for step in 0..200 {
+        let resolved = world.step(|_, x| x);
+        assert_eq!(resolved.missed, 0, "step {step}: {resolved:?}");
+        assert_eq!(crossings(&world.cloth, &world.cloth, true), 0, "step {step}: {resolved:?}");
+        world.check(step, &resolved);
+        all.push(resolved);
+    }
+    summary("folded", &all);
+    let top = world.cloth.positions.iter().map(|x| x.y).fold(f64::MIN, f64::max);
+    assert!(top < 0.3, "it lies at {top}");
+}
