@@ -2,7 +2,7 @@
 //! predicate, at any speed.
 
 use glam::{DVec3, dvec3};
-use muslin::collision::impact::{Fabric, Impacts, Layers, Resolved, Shape, Solid, Step};
+use muslin::collision::impact::{Fabric, Features, Impacts, Layers, Resolved, Shape, Solid, Step};
 use robust::{Coord3D, orient3d};
 
 /// A mesh.
@@ -394,4 +394,128 @@ fn a_sheet_folded_on_itself_does_not_cross() {
     summary("folded", &all);
     let top = world.cloth.positions.iter().map(|x| x.y).fold(f64::MIN, f64::max);
     assert!(top < 0.3, "it lies at {top}");
+}
+
+/// Angle of the incline.
+const SLOPE: f64 = 0.3;
+
+/// A sheet on an incline of a given shape, and the direction down it.
+fn incline(friction: f64, shape: Option<Shape>) -> (World, DVec3) {
+    let turn = glam::DQuat::from_rotation_z(-SLOPE);
+    let slab = Mesh::cuboid(dvec3(-40.0, -0.5, -2.0), dvec3(40.0, 0.0, 2.0)).moved(|x| turn * x);
+    let sheet = Mesh::sheet(5).moved(|x| turn * (x + DVec3::Y * 1.4 * FLOOR));
+    let mut world = World::new(sheet, vec![slab], friction, None);
+    if let Some(shape) = shape {
+        let solid = Solid { shape, friction, floor: FLOOR };
+        world.impacts = Impacts::new(fabric_of(&world), &[solid], None);
+        world.impacts.place(0, &[DVec3::ZERO], &[DVec3::ZERO]);
+    }
+    (world, turn * DVec3::X)
+}
+
+#[test]
+fn impacts_alone_hold_a_sheet_on_an_incline_or_let_it_slide() {
+    let normal = glam::DQuat::from_rotation_z(-SLOPE) * DVec3::Y;
+    for plane in [false, true] {
+        for share in [0.5, 0.99, 1.01, 1.5] {
+            // Friction is 1 / share of what holds.
+            let friction = SLOPE.tan() / share;
+            let shape = plane.then_some(Shape::Plane { normal });
+            let (mut world, down) = incline(friction, shape);
+            let middle = |world: &World| {
+                let sum: DVec3 = world.cloth.positions.iter().sum();
+                sum.dot(down) / world.cloth.positions.len() as f64
+            };
+            let start = middle(&world);
+            let steps = 250;
+            for step in 0..steps {
+                let resolved = world.step(|_, x| x);
+                assert_eq!(resolved.missed, 0, "step {step}: {resolved:?}");
+            }
+            let time = world.dt * f64::from(steps);
+            let way = middle(&world) - start;
+            let acceleration = 9.81 * (SLOPE.sin() - friction * SLOPE.cos()).max(0.0);
+            let expected = 0.5 * acceleration * time * time;
+            println!("plane {plane}, tan α / μ = {share}: {way} m of {expected} m");
+            // A step's way of free fall is what the first contact may cost.
+            let tolerance = 0.01 * expected + 2e-3;
+            assert!((way - expected).abs() < tolerance, "plane {plane}, {share}: {way}, {expected}");
+        }
+    }
+}
+
+#[test]
+fn a_ball_stops_a_sheet_and_is_not_entered() {
+    let radius = 0.2;
+    let mut world = World::new(Mesh::sheet(8), Vec::new(), 0.3, None);
+    let solid = Solid { shape: Shape::Sphere { radius }, friction: 0.3, floor: FLOOR };
+    for speed in [1.0, 100.0] {
+        world.impacts = Impacts::new(fabric_of(&world), &[solid.clone()], None);
+        let mut center = dvec3(0.03, -0.25, 0.01);
+        for step in 0..20 {
+            let from = center;
+            center += DVec3::Y * (speed * world.dt);
+            world.impacts.place(0, &[from], &[center]);
+            let resolved = world.step(|_, x| x);
+            assert_eq!(resolved.missed, 0, "step {step}: {resolved:?}");
+            for triangle in &world.cloth.triangles {
+                let [a, b, c] = triangle.map(|i| world.cloth.positions[i as usize]);
+                let closest = Features::VertexFace.closest([center, a, b, c]);
+                let distance = closest.between.length();
+                assert!(distance > radius, "{speed} m/s, step {step}: {distance}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_press_that_closes_reaches_the_fail_safe_and_ends() {
+    // Two plates close on a crumpled sheet to less than what floors leave room for, and open again.
+    let plate = |y: f64| Mesh::cuboid(dvec3(-1.0, y - 0.05, -1.0), dvec3(1.0, y + 0.05, 1.0));
+    let rough = Mesh::sheet(8).moved(|x| x + DVec3::Y * 0.02 * (40.0 * x.x).sin() * (31.0 * x.z).cos());
+    let size = rough.positions.len();
+    let mut world = layered(rough, &[size], vec![plate(-0.1), plate(0.1)], 0.3);
+    let (mut zones, mut missed) = (0, 0);
+    for step in 0..80_u32 {
+        let way = if step < 40 { -0.0249 } else { 0.0249 } / 20.0;
+        let resolved = world.step(|k, x| if k == 1 { x + DVec3::Y * way * 2.0 } else { x });
+        zones += resolved.zones;
+        missed += resolved.missed;
+        assert!(resolved.rounds < 100, "{resolved:?}");
+        assert!(world.cloth.positions.iter().all(|x| x.is_finite()));
+    }
+    println!("press: {zones} zones, {missed} missed");
+    assert!(zones > 0);
+}
+
+#[test]
+fn a_pinned_sheet_that_is_pierced_is_told_as_missed() {
+    let mut world = World::new(Mesh::sheet(2), vec![Mesh::spike(0.1, 0.5).moved(|x| x - DVec3::Y * 0.01)], 0.3, None);
+    world.inverse_masses.fill(0.0);
+    let resolved = world.step(|_, x| x + DVec3::Y * 0.1);
+    assert!(resolved.missed > 0 && resolved.rounds < 100, "{resolved:?}");
+}
+
+#[test]
+fn two_threads_give_the_bits_of_one() {
+    let run = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| {
+            let ground = Mesh::spike(1.0, 0.5).moved(|x| x + dvec3(0.02, -0.05, 0.01));
+            let sheets = Mesh::sheet(20).and(&Mesh::sheet(19).moved(|x| x + DVec3::Y * 0.01));
+            let mut world = layered(sheets, &[441, 400], vec![ground], 0.3);
+            let impacts: usize = (0..40).map(|_| world.step(|_, x| x).impacts).sum();
+            assert!(impacts > 100, "{impacts}");
+            (world.cloth.positions, world.velocities)
+        })
+    };
+    assert_eq!(run(1), run(2));
+}
+
+fn fabric_of(world: &World) -> Fabric<'_> {
+    Fabric {
+        particles: world.cloth.positions.len(),
+        triangles: &world.cloth.triangles,
+        edges: &[],
+    }
 }

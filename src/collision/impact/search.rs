@@ -185,19 +185,14 @@ impl Ground {
             friction: rules.friction,
             ..Touch::default()
         };
-        if distance > base + separation + band + relative_way(features, &start, &end) {
-            let pushed = first.then(|| self.pushed(features, vertices, &closest, rules));
-            return (gap, pushed.flatten().map(|target| {
-                touch(closest.weights, closest.between / distance, target)
-            }));
-        }
-        let Some(met) = meeting(features, start, end, base + separation, band) else {
-            let pushed = first.then(|| self.pushed(features, vertices, &closest, rules));
-            return (gap, pushed.flatten().map(|target| {
-                touch(closest.weights, closest.between / distance, target)
-            }));
+        let far = distance > base + separation + band + relative_way(features, &start, &end);
+        let met = if far { None } else { meeting(features, start, end, base + separation, band) };
+        let Some(met) = met else {
+            let pushed = first.then(|| self.pushed(features, vertices, &closest, rules)).flatten();
+            let along = closest.between / distance;
+            return (gap, pushed.map(|target| touch(closest.weights, along, target)));
         };
-        let full = self.rest_distance(features, vertices, full).min(full);
+        let full = self.rest_distance(features, vertices, full);
         let target = if distance < full { distance + SHARE * (full - distance) } else { full };
         (gap, Some(touch(met.weights, met.normal, target)))
     }
@@ -216,7 +211,7 @@ impl Ground {
             Some(layers) if (vertices[0].max(vertices[3]) as usize) < layers.rest.len() => {
                 (layers.thickness, REPULSION)
             }
-            _ => (rules.radius, SHARE),
+            _ => (rules.radius + rules.free(), SHARE),
         };
         if distance >= full || distance == 0.0 {
             return None;
@@ -252,13 +247,16 @@ impl Ground {
             for i in 0..particles {
                 let began = normal.dot(start[i] - start[k]);
                 let ends = normal.dot(end[i] - end[k]);
-                let least = rules.floor.min(KEPT * began) * (1.0 + BAND);
-                let least = if began > 0.0 { least } else { began };
-                if ends >= least && !(first && began <= 0.0 && ends < rules.free()) {
+                let free = rules.free();
+                let least = if began > 0.0 {
+                    rules.floor.min(KEPT * began) * (1.0 + BAND)
+                } else {
+                    began
+                };
+                let target = if began < free { began + SHARE * (free - began) } else { free };
+                if ends >= if first && began < free { target } else { least } {
                     continue;
                 }
-                let free = rules.free();
-                let target = if began < free { began + SHARE * (free - began) } else { free };
                 #[expect(clippy::cast_possible_truncation, reason = "particles have 32 bits")]
                 touches.push(Touch {
                     vertices: [i as u32, *vertex, *vertex, *vertex],
