@@ -12,6 +12,7 @@ mod architecture;
 mod bending;
 mod blackbox;
 mod contract;
+mod detection;
 mod error;
 mod extremes;
 mod gallery;

@@ -11,6 +11,7 @@ mod audit;
 mod body;
 mod contact;
 mod detection;
+pub mod impact;
 mod obstacle;
 mod response;
 

@@ -1,0 +1,218 @@
+//! The rounds of a step: search, part what meets, search again.
+
+use super::search::{Found, Ground};
+use super::slowing::slow;
+use super::stage::{Impacts, Resolved, Step, TASK};
+use super::touch::separate;
+use glam::DVec3;
+use rayon::prelude::*;
+
+/// Rounds of impulses; what then still meets becomes rigid zones. TODO
+const ROUNDS: u32 = 12;
+
+/// Rounds of growing zones. TODO
+const ZONE_ROUNDS: u32 = 60;
+
+/// Share of the smallest floor by which targets may be missed within a round: less than what lies
+/// between the target and the band of detection.
+const PRECISION: f64 = 0.1;
+
+impl Impacts {
+    /// Tells how a solid's vertices move in the coming step, in a straight line each. A solid that isn't
+    /// placed stays where it is.
+    pub fn place(&mut self, solid: usize, before: &[DVec3], after: &[DVec3]) {
+        let vertices = &mut self.ground.vertices;
+        for (i, (&x0, &x1)) in (self.firsts[solid]..).zip(before.iter().zip(after)) {
+            self.solid_jump = self.solid_jump.max((x0 - vertices.end[i]).length());
+            self.solid_way = self.solid_way.max((x1 - x0).length());
+            vertices.start[i] = x0;
+            vertices.end[i] = x1;
+        }
+        self.fitted = false;
+    }
+
+    /// Tells the unit normal that a plane has at the end of the coming step.
+    pub fn tilt(&mut self, solid: usize, normal: DVec3) {
+        if let Some(plane) = self.planes[solid] {
+            self.ground.planes[plane].1 = normal;
+        }
+    }
+
+    /// Changes the ends of a step's ways, and the velocities, so that nothing passes through anything.
+    ///
+    /// At the step's start nothing may cross. Ways are straight lines from there.
+    pub fn resolve(
+        &mut self,
+        step: Step<'_>,
+        positions: &mut [DVec3],
+        velocities: &mut [DVec3],
+    ) -> Resolved {
+        self.begin(step, positions, velocities);
+        let mut resolved = Resolved::default();
+        let mut found = self.search(true);
+        resolved.rounds = 1;
+        let floors = self.ground.rules.iter().map(|rules| rules.floor);
+        let precision = PRECISION * floors.filter(|floor| *floor > 0.0).fold(f64::MAX, f64::min);
+        while found > 0 && resolved.rounds <= ROUNDS {
+            separate(&mut self.touches, &mut self.ground.vertices, precision);
+            found = self.search(false);
+            resolved.rounds += 1;
+        }
+        self.part_rigidly(found, &mut resolved);
+        if !self.touches.is_empty() {
+            self.slow_down(step.dt, &mut resolved);
+            let vertices = &self.ground.vertices;
+            positions[..self.particles].copy_from_slice(&vertices.end[..self.particles]);
+            velocities[..self.particles].copy_from_slice(&vertices.velocity[..self.particles]);
+        }
+        self.end();
+        resolved
+    }
+
+    /// Takes over where the step begins and where it would end.
+    fn begin(&mut self, step: Step<'_>, positions: &[DVec3], velocities: &[DVec3]) {
+        let particles = self.particles;
+        let ground = &mut self.ground;
+        let vertices = &mut ground.vertices;
+        vertices.start[..particles].copy_from_slice(&step.before[..particles]);
+        vertices.end[..particles].copy_from_slice(&positions[..particles]);
+        vertices.velocity[..particles].copy_from_slice(&velocities[..particles]);
+        vertices.inverse_mass[..particles].copy_from_slice(&step.inverse_masses[..particles]);
+        for i in particles..vertices.end.len() {
+            vertices.velocity[i] = (vertices.end[i] - vertices.start[i]) / step.dt;
+        }
+        for (element, clear) in ground.cloth.iter().zip(&mut self.clear) {
+            let jump = |i: u32| (vertices.start[i as usize] - self.searched[i as usize]).length();
+            let jumps = element.corners.map(jump);
+            *clear -= jumps.into_iter().fold(self.solid_jump, f64::max);
+            if jumps.iter().any(|jump| jump.is_nan()) {
+                *clear = f64::NEG_INFINITY;
+            }
+        }
+        if !self.fitted {
+            self.ground.fit_solids();
+        }
+        self.touches.clear();
+        self.zones.clear();
+    }
+
+    /// Searches all ways, or those that have changed since the last search. Returns the number of meetings, whose
+    /// touches are added to the step's.
+    fn search(&mut self, first: bool) -> usize {
+        let known = self.touches.len();
+        self.mark_stale(first);
+        self.ground.fit_cloth();
+        if !self.ground.solid.is_empty() {
+            self.asked.clear();
+            for (number, element) in (0..).zip(&self.ground.cloth) {
+                let clear = self.clear[number as usize];
+                let near = !(clear > self.ground.way(element) + self.solid_way);
+                if if first { near } else { self.ground.is_stale(element) } {
+                    self.asked.push(number);
+                }
+            }
+            self.ask(|ground, number, found| ground.against_solids(number, first, found));
+        }
+        if self.ground.layers.is_some() {
+            self.asked.clear();
+            for (number, element) in (0..).zip(&self.ground.cloth) {
+                if first || self.ground.is_stale(element) {
+                    self.asked.push(number);
+                }
+            }
+            self.ask(|ground, number, found| ground.against_layers(number, first, found));
+        }
+        self.ground.against_planes(self.particles, first, &mut self.touches);
+        for touch in &self.touches[known..] {
+            // Searched again in any case, whether or not anything moves them.
+            for vertex in touch.vertices {
+                self.searched[vertex as usize] = DVec3::NAN;
+            }
+        }
+        self.touches.len() - known
+    }
+
+    /// Marks the vertices whose ways aren't those of the last search, and remembers these.
+    fn mark_stale(&mut self, first: bool) {
+        let Self { ground, searched, .. } = self;
+        let ways = ground.vertices.end.iter().zip(searched);
+        for (stale, (end, searched)) in ground.stale.iter_mut().zip(ways) {
+            *stale = first || *end != *searched; // also with a NaN
+            *searched = *end;
+        }
+    }
+
+    /// Lets all threads look for the elements asked for, and takes over what they find in fixed order.
+    fn ask(&mut self, look: impl Fn(&Ground, u32, &mut Found) + Sync) {
+        let ground = &self.ground;
+        let tasks = self.asked.par_chunks(TASK).zip(&mut self.found);
+        tasks.for_each(|(numbers, found)| {
+            found.touches.clear();
+            found.clear.clear();
+            for &number in numbers {
+                look(ground, number, found);
+            }
+        });
+        for found in &self.found[..self.asked.len().div_ceil(TASK)] {
+            self.touches.extend_from_slice(&found.touches);
+            for &(number, clear) in &found.clear {
+                self.clear[number as usize] = clear;
+            }
+        }
+    }
+
+    /// Parts what impulses didn't by rigid zones; what these can't, either, is counted.
+    fn part_rigidly(&mut self, mut found: usize, resolved: &mut Resolved) {
+        let mut round = 0;
+        while found > 0 && round < ZONE_ROUNDS {
+            let new = self.touches.len() - found;
+            self.zones.join(&self.touches[new..]);
+            self.zones.displace(&mut self.ground.vertices);
+            found = self.search(false);
+            round += 1;
+        }
+        if found > 0 && self.solid_way == 0.0 {
+            // Where everything was is free.
+            let vertices = &mut self.ground.vertices;
+            for i in 0..self.particles {
+                if vertices.inverse_mass[i] > 0.0 {
+                    vertices.end[i] = vertices.start[i];
+                }
+            }
+            found = self.search(false);
+            round += 1;
+        }
+        resolved.rounds += round;
+        resolved.zones = self.zones.count();
+        resolved.missed = found;
+    }
+
+    /// Takes from the velocities what the touches and zones take.
+    fn slow_down(&mut self, dt: f64, resolved: &mut Resolved) {
+        let vertices = &mut self.ground.vertices;
+        let mut slowed = slow(&mut self.touches, vertices);
+        self.zones.slow(vertices, dt, &mut slowed);
+        resolved.approach = slowed.approach;
+        resolved.friction = slowed.friction;
+        resolved.work = slowed.work;
+        let pressed = self.touches.iter().filter(|touch| touch.pressed > 0.0);
+        resolved.impacts = pressed.count();
+        resolved.moved = true;
+    }
+
+    /// Remembers where everything is, and what is known of clearances.
+    fn end(&mut self) {
+        for (element, clear) in self.ground.cloth.iter().zip(&mut self.clear) {
+            *clear -= self.ground.way(element) + self.solid_way;
+        }
+        let vertices = &mut self.ground.vertices;
+        self.searched.copy_from_slice(&vertices.end);
+        self.fitted = self.solid_way == 0.0;
+        if !self.fitted {
+            let solids = self.particles..;
+            vertices.start[solids.clone()].copy_from_slice(&vertices.end[solids]);
+        }
+        self.solid_way = 0.0;
+        self.solid_jump = 0.0;
+    }
+}
