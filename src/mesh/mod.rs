@@ -7,7 +7,7 @@ mod distance;
 mod hinge;
 mod implicit;
 mod lattice;
-mod mannequin;
+pub(crate) mod mannequin;
 mod obj;
 mod opening;
 mod orientation;
