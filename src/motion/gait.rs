@@ -16,10 +16,10 @@ const SPEEDS: [f64; 2] = [0.3, 1.8];
 pub(super) const MEASURED_STRIDE: f64 = 1.41;
 
 /// Phase at which the toes leave the ground.
-pub(super) const TOE_OFF: f64 = 0.62;
+pub(super) const TOE_OFF: f64 = 0.60;
 
 /// Phase at which the hip passes over the ankle: the ankle touches down a quarter of a stride ahead.
-pub(super) const OVER: f64 = 0.25;
+pub(super) const OVER: f64 = 0.24;
 
 /// A walk along +z.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -88,7 +88,7 @@ pub(super) const KNEE: Curve = Curve([
 #[rustfmt::skip]
 pub(super) const FOOT: Curve = Curve([
     17.0, 7.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.5, -5.0, -12.0,
-    -23.0, -40.0, -57.0, -67.0, -63.0, -50.0, -30.0, -9.0, 9.0, 18.0,
+    -23.0, -42.0, -60.0, -67.0, -63.0, -48.0, -27.0, -7.0, 9.0, 18.0,
 ]);
 
 impl Curve {

@@ -28,7 +28,16 @@ const WAKING: f64 = 0.7;
 const NARROWER: f64 = 0.033;
 
 /// Harmonics of the hips' height over a step.
-const HARMONICS: usize = 2;
+const HARMONICS: usize = 3;
+
+/// Times at which it is fitted.
+const SAMPLES: u32 = 48;
+
+/// Phase from which the body falls onto the leg ahead, whose heel touches down at 0.5.
+const FALLING: f64 = 0.38;
+
+/// A knee that carries bends at least so far (rad): 4°.
+const LEAST_FLEXION: f64 = 0.07;
 
 /// A mannequin that walks along +z.
 #[derive(Clone, Debug)]
@@ -120,7 +129,7 @@ impl Walk {
     fn pose(&self, since: f64) -> Pose {
         let moment = self.moment(since);
         let mut pose = self.trunk(&moment);
-        pose.shift.y = self.height(moment.strides[0]) * moment.awake;
+        pose.shift.y = height(&self.height, moment.strides[0]) * moment.awake;
         for side in 0..2 {
             let (placed, bent) = self.leg(&pose, &moment, side);
             let turns = &mut pose.turns;
@@ -197,27 +206,21 @@ impl Walk {
         DVec3::new(inwards, 0.0, self.gone(number + OVER - FIRST[side]))
     }
 
-    /// Height of the hips (m) less that when standing, at a stride of the left leg, walking.
-    fn height(&self, stride: f64) -> f64 {
-        let waves = (1..=HARMONICS).map(|k| {
-            let (sin, cos) = (2.0 * TAU * k as f64 * stride).sin_cos();
-            self.height[2 * k - 1] * cos + self.height[2 * k] * sin
-        });
-        self.height[0] + waves.sum::<f64>()
-    }
-
-    /// The height's waves: at which the knee of the leg that carries bends as published, and no leg is too
-    /// short.
+    /// The height's waves: at which the knee of the leg that carries bends as published, less what keeps every
+    /// leg on the ground from being too short.
     fn settled_height(&self) -> [f64; 1 + 2 * HARMONICS] {
-        const SAMPLES: u32 = 48;
+        let samples = || (0..SAMPLES).map(|k| 0.5 * f64::from(k) / f64::from(SAMPLES));
+        let walking = |phase: f64| self.moment((10.0 + phase - FIRST[0]) / self.gait.rate());
         let mut waves = [0.0; 1 + 2 * HARMONICS];
-        let phases = (0..SAMPLES).map(|k| 0.5 * f64::from(k) / f64::from(SAMPLES));
-        for phase in phases {
-            let moment = self.moment((10.0 + phase - FIRST[0]) / self.gait.rate());
-            let [left, right] = [0, 1].map(|side| self.carrying_height(&moment, side));
-            // The left leg takes over from heel contact on; both carry until the right toes leave.
-            let taken = smoothstep(phase / (TOE_OFF - 0.5));
-            let height = right + (left - right) * taken;
+        for phase in samples() {
+            let moment = walking(phase);
+            let bent = |moment: &Moment, side| {
+                let flexion = flexion(moment.strides[side], self.share());
+                self.height_over(moment, side, flexion)
+            };
+            let (carrying, next) = (bent(&moment, 0), bent(&walking(0.5), 1));
+            let fallen = smoothstep((phase - FALLING) / (0.5 - FALLING));
+            let height = carrying + (next - carrying) * fallen;
             waves[0] += height / f64::from(SAMPLES);
             for k in 1..=HARMONICS {
                 let (sin, cos) = (2.0 * TAU * k as f64 * phase).sin_cos();
@@ -225,18 +228,33 @@ impl Walk {
                 waves[2 * k] += 2.0 * height * sin / f64::from(SAMPLES);
             }
         }
+        let excess = samples().map(|phase| {
+            let moment = walking(phase);
+            let both = phase < TOE_OFF - 0.5;
+            let most = |side| self.height_over(&moment, side, LEAST_FLEXION);
+            let most = if both { most(0).min(most(1)) } else { most(0) };
+            height(&waves, phase) - most
+        });
+        waves[0] -= excess.fold(0.0, f64::max);
         waves
     }
 
-    /// The height of the hips (m) less that when standing at which a leg's knee bends as published.
-    fn carrying_height(&self, moment: &Moment, side: usize) -> f64 {
+    /// Share of the measured stride that this walk's are.
+    fn share(&self) -> f64 {
+        self.gait.stride() / MEASURED_STRIDE
+    }
+
+    /// The height of the hips (m) less that when standing at which the knee of a leg on the ground bends so far
+    /// (rad).
+    fn height_over(&self, moment: &Moment, side: usize, flexion: f64) -> f64 {
         let pose = self.trunk(moment);
         let hip = self.hip(&pose, side);
         let leg = self.limb(side);
-        let step = self.step(moment, side);
-        let share = self.gait.stride() / MEASURED_STRIDE;
-        let ankle = self.foot(side).at(&step, hip, &leg).ankle;
-        let reach = leg.reach(flexion(step.phase, share));
+        let ankle = self
+            .foot(side)
+            .at(&self.step(moment, side), hip, &leg)
+            .ankle;
+        let reach = leg.reach(flexion);
         let [dx, dz] = [ankle.x - hip.x, ankle.z - hip.z];
         ankle.y + (reach * reach - dx * dx - dz * dz).max(0.0).sqrt() - hip.y
     }
@@ -244,7 +262,7 @@ impl Walk {
     /// Hips, trunk and arms; the legs still stand, and the hips are as high as when standing.
     fn trunk(&self, moment: &Moment) -> Pose {
         let wave = |peak: f64| (TAU * (moment.strides[0] - peak)).cos();
-        let much = moment.awake * self.gait.stride() / MEASURED_STRIDE;
+        let much = moment.awake * self.share();
         let degrees = |angle: f64| (much * angle).to_radians();
         let (yaw, list) = (DQuat::from_rotation_y, DQuat::from_rotation_z);
         let lean = DQuat::from_rotation_x;
@@ -276,6 +294,15 @@ impl Walk {
             shift: DVec3::new(sway, 0.0, moment.gone),
         }
     }
+}
+
+/// Height of the hips (m) less that when standing, at a stride of the left leg, walking.
+fn height(waves: &[f64; 1 + 2 * HARMONICS], stride: f64) -> f64 {
+    let each = (1..=HARMONICS).map(|k| {
+        let (sin, cos) = (2.0 * TAU * k as f64 * stride).sin_cos();
+        waves[2 * k - 1] * cos + waves[2 * k] * sin
+    });
+    waves[0] + each.sum::<f64>()
 }
 
 #[cfg(test)]

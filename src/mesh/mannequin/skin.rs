@@ -74,11 +74,6 @@ impl Skin {
         })
     }
 
-    /// Number of vertices.
-    pub(crate) fn len(&self) -> usize {
-        self.influences.len()
-    }
-
     /// How the links' changes together change a vertex.
     #[inline]
     pub(crate) fn change(&self, vertex: usize, changes: &[Change; 2 * LINKS]) -> Change {
