@@ -28,7 +28,7 @@ const COMING: f64 = 0.35;
 
 /// Acceleration of the foot there, in strides a square of the stride's time.
 const SPEEDING: f64 = 10.0;
-const BRAKING: f64 = 22.0;
+const BRAKING: f64 = 35.0;
 
 /// How a knee's flexion grows with the length of the stride, from this share at none.
 const LEAST_KNEE: f64 = 0.6;

@@ -36,8 +36,15 @@ const SAMPLES: u32 = 48;
 /// Phase from which the body falls onto the leg ahead, whose heel touches down at 0.5.
 const FALLING: f64 = 0.38;
 
-/// A knee that carries bends at least so far (rad): 4°.
-const LEAST_FLEXION: f64 = 0.07;
+/// A knee bends at least so far (rad): 3°. Straight, its angle's rate would be infinite.
+const LEAST_FLEXION: f64 = 0.052;
+
+/// Times at which legs are seen to reach their feet, and how often they are.
+const REACH_SAMPLES: u32 = 250;
+const ROUNDS: u32 = 5;
+
+/// Strides within which the walk begins.
+const FIRST_STRIDES: f64 = 2.5;
 
 /// A mannequin that walks along +z.
 #[derive(Clone, Debug)]
@@ -49,6 +56,8 @@ pub struct Walk {
     rest: [DVec3; LINKS],
     /// Height of the hips less that when standing (m): mean, then cosine and sine of each harmonic.
     height: [f64; 1 + 2 * HARMONICS],
+    /// How much lower the hips go while the walk begins (m).
+    crouch: f64,
 }
 
 /// Where a walk is at one time.
@@ -76,8 +85,10 @@ impl Walk {
             positions: positions.to_vec(),
             rest: skeleton::rest(),
             height: [0.0; 1 + 2 * HARMONICS],
+            crouch: 0.0,
         };
         walk.height = walk.settled_height();
+        walk.crouch();
         Ok(walk)
     }
 
@@ -128,10 +139,10 @@ impl Walk {
     /// The pose so long (s) after the start.
     fn pose(&self, since: f64) -> Pose {
         let moment = self.moment(since);
-        let mut pose = self.trunk(&moment);
-        pose.shift.y = height(&self.height, moment.strides[0]) * moment.awake;
+        let mut pose = self.upper(&moment);
         for side in 0..2 {
-            let (placed, bent) = self.leg(&pose, &moment, side);
+            let placed = self.placed(&pose, &moment, side);
+            let bent = self.leg(&pose, &placed, side);
             let turns = &mut pose.turns;
             turns[THIGH[side]] = bent.thigh;
             turns[SHANK[side]] = bent.shank;
@@ -160,12 +171,24 @@ impl Walk {
         self.gait.stride() * (first + (strides - 1.0).max(0.0))
     }
 
-    /// Where hip and foot of a leg are, and the leg between them.
-    fn leg(&self, pose: &Pose, moment: &Moment, side: usize) -> (Placed, Bent) {
-        let leg = self.limb(side);
-        let hip = self.hip(pose, side);
-        let placed = self.foot(side).at(&self.step(moment, side), hip, &leg);
-        (placed, leg.reaching(placed.ankle - hip))
+    /// Hips, trunk and arms, the hips at their height.
+    fn upper(&self, moment: &Moment) -> Pose {
+        let mut pose = self.trunk(moment);
+        let walking = height(&self.height, moment.strides[0]);
+        pose.shift.y = walking * moment.awake - self.crouch * beginning(moment);
+        pose
+    }
+
+    /// Where a foot is.
+    fn placed(&self, pose: &Pose, moment: &Moment, side: usize) -> Placed {
+        let (hip, leg) = (self.hip(pose, side), self.limb(side));
+        self.foot(side).at(&self.step(moment, side), hip, &leg)
+    }
+
+    /// The leg between hip and foot.
+    fn leg(&self, pose: &Pose, placed: &Placed, side: usize) -> Bent {
+        let to = placed.ankle - self.hip(pose, side);
+        self.limb(side).reaching(to)
     }
 
     fn hip(&self, pose: &Pose, side: usize) -> DVec3 {
@@ -228,15 +251,43 @@ impl Walk {
                 waves[2 * k] += 2.0 * height * sin / f64::from(SAMPLES);
             }
         }
-        let excess = samples().map(|phase| {
-            let moment = walking(phase);
-            let both = phase < TOE_OFF - 0.5;
-            let most = |side| self.height_over(&moment, side, LEAST_FLEXION);
-            let most = if both { most(0).min(most(1)) } else { most(0) };
-            height(&waves, phase) - most
-        });
-        waves[0] -= excess.fold(0.0, f64::max);
         waves
+    }
+
+    /// Lowers the hips until every leg reaches its foot: all along, and more while the walk begins, when prints
+    /// are wider and the hips not yet in their rhythm.
+    ///
+    /// Lower hips change where a foot swings, which is why it's done several times.
+    fn crouch(&mut self) {
+        let samples = |from: f64, to: f64| {
+            (0..REACH_SAMPLES)
+                .map(move |k| from + (to - from) * f64::from(k) / f64::from(REACH_SAMPLES))
+        };
+        let moments = |walk: &Self, strides: f64| walk.moment(strides / walk.gait.rate());
+        for _ in 0..ROUNDS {
+            let short = samples(10.0, 10.5).map(|s| self.shortfall(&moments(self, s)));
+            self.height[0] -= short.fold(0.0, f64::max);
+        }
+        for _ in 0..ROUNDS {
+            let short = samples(0.02, FIRST_STRIDES).map(|s| {
+                let moment = moments(self, s);
+                self.shortfall(&moment) / beginning(&moment).max(0.01)
+            });
+            self.crouch += short.fold(0.0, f64::max);
+        }
+    }
+
+    /// How much lower (m) the hips would have to be for both legs to reach their feet with a knee bent at least by
+    /// [`LEAST_FLEXION`].
+    fn shortfall(&self, moment: &Moment) -> f64 {
+        let pose = self.upper(moment);
+        let short = |side: usize| {
+            let leg = self.limb(side);
+            let to = self.placed(&pose, moment, side).ankle - self.hip(&pose, side);
+            let reach = leg.reach(LEAST_FLEXION);
+            -to.y - (reach * reach - to.x * to.x - to.z * to.z).max(0.0).sqrt()
+        };
+        short(0).max(short(1))
     }
 
     /// Share of the measured stride that this walk's are.
@@ -248,12 +299,8 @@ impl Walk {
     /// (rad).
     fn height_over(&self, moment: &Moment, side: usize, flexion: f64) -> f64 {
         let pose = self.trunk(moment);
-        let hip = self.hip(&pose, side);
-        let leg = self.limb(side);
-        let ankle = self
-            .foot(side)
-            .at(&self.step(moment, side), hip, &leg)
-            .ankle;
+        let (hip, leg) = (self.hip(&pose, side), self.limb(side));
+        let ankle = self.placed(&pose, moment, side).ankle;
         let reach = leg.reach(flexion);
         let [dx, dz] = [ankle.x - hip.x, ankle.z - hip.z];
         ankle.y + (reach * reach - dx * dx - dz * dz).max(0.0).sqrt() - hip.y
@@ -294,6 +341,12 @@ impl Walk {
             shift: DVec3::new(sway, 0.0, moment.gone),
         }
     }
+}
+
+/// How much a walk is at its beginning: 0 at the start and from [`FIRST_STRIDES`] on, 1 between.
+fn beginning(moment: &Moment) -> f64 {
+    let strides = moment.strides[0] - FIRST[0];
+    smoothstep(strides / 0.4) * smoothstep((FIRST_STRIDES - strides) / 1.2)
 }
 
 /// Height of the hips (m) less that when standing, at a stride of the left leg, walking.

@@ -213,12 +213,6 @@ fn bones_keep_their_lengths() {
                 // The next one hangs on its end.
                 assert!(moved[1].distance(at(next[side], ends[1])) < 1e-14);
             }
-            let placed = walk.leg(
-                &walk.trunk(&walk.moment(0.02 * f64::from(k))),
-                &walk.moment(0.02 * f64::from(k)),
-                side,
-            );
-            let _ = placed;
         }
     }
 }
@@ -232,9 +226,9 @@ fn joints_go_as_far_as_measured() {
         for k in 0..200 {
             let since = (3.0 + 0.005 * f64::from(k)) / walk.gait.rate();
             let moment = walk.moment(since);
-            let mut pose = walk.trunk(&moment);
-            pose.shift.y = height(&walk.height, moment.strides[0]) * moment.awake;
-            let (placed, bent) = walk.leg(&pose, &moment, 0);
+            let pose = walk.upper(&moment);
+            let placed = walk.placed(&pose, &moment, 0);
+            let bent = walk.leg(&pose, &placed, 0);
             let limb = walk.limb(0);
             let forwards = |v: DVec3| v.z.atan2(-v.y).to_degrees();
             let thigh = forwards(bent.thigh * limb.thigh);
@@ -361,4 +355,34 @@ fn says_what_it_cannot_walk() {
         .map(|p| *p + DVec3::X * 0.01)
         .collect();
     assert!(refused(&shifted, gait).contains("off the mannequin"));
+}
+
+/// No leg is ever too short for its foot, which would then leave its path.
+#[test]
+fn legs_reach_their_feet() {
+    for speed in SPEEDS {
+        let walk = walk(speed);
+        let mut least = (f64::INFINITY, 0.0, 0);
+        for k in 0..6000 {
+            let strides = 0.001 * f64::from(k);
+            let moment = walk.moment(strides / walk.gait.rate());
+            let pose = walk.upper(&moment);
+            for side in 0..2 {
+                let flexion = walk
+                    .leg(&pose, &walk.placed(&pose, &moment, side), side)
+                    .flexion
+                    .to_degrees();
+                if flexion < least.0 {
+                    least = (flexion, moment.strides[side], side);
+                }
+                if k % 5 == 0 && flexion < 2.5 {
+                    println!(
+                        "{speed} short {flexion:.2} at {:.3} side {side}",
+                        moment.strides[side]
+                    );
+                }
+            }
+        }
+        println!("{speed}: least flexion {least:.2?}");
+    }
 }
