@@ -87,8 +87,8 @@ pub(super) const KNEE: Curve = Curve([
 /// Foot against the ground, toes up positive: thigh − knee + ankle, and flat from 10 to 30 %.
 #[rustfmt::skip]
 pub(super) const FOOT: Curve = Curve([
-    17.0, 7.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.5, -5.0, -12.0,
-    -23.0, -42.0, -60.0, -67.0, -63.0, -48.0, -27.0, -7.0, 9.0, 18.0,
+    17.0, 7.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.5, -6.0, -14.0,
+    -24.0, -42.0, -57.0, -63.0, -60.0, -47.0, -27.0, -7.0, 9.0, 18.0,
 ]);
 
 impl Curve {
