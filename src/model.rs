@@ -10,7 +10,7 @@ pub use pins::{Drive, Pins, Release};
 use crate::collision::{Contacts, Obstacle, SelfCollision};
 use crate::force::{
     Damping, DiscreteShell, EdgeSpring, Force, ForcePass, Gravity, Hinge, HingeBatch, HingeDamping,
-    MassDamping, SpringBatch, SpringDamping, Stiffness, largest_stretch_squared,
+    MassDamping, Spring, SpringBatch, SpringDamping, Stiffness, largest_stretch_squared,
 };
 use crate::mesh::edge_uses;
 use crate::strain_limit::StrainLimit;
@@ -162,19 +162,31 @@ impl Model {
             .map_or(0.0, |square| square.sqrt() - 1.0)
     }
 
-    /// Every edge of the cloths' triangles, and the links of what has none.
+    /// Whether anything can touch anything.
+    pub fn has_contact(&self) -> bool {
+        !self.obstacles.is_empty() || self.self_collision.is_some()
+    }
+
+    /// The links of cloths without triangles.
+    pub fn links(&self) -> Vec<[u32; 2]> {
+        let chains = self
+            .cloths
+            .iter()
+            .filter(|cloth| cloth.triangles.is_empty());
+        let families = self.springs.iter().filter(|batch| batch.family != "bend");
+        let springs: Vec<_> = families.flat_map(|batch| &batch.springs).collect();
+        let own = chains.flat_map(|chain| {
+            let inside = |spring: &&&Spring| chain.particles.contains(&(spring.ends[0] as usize));
+            springs.iter().filter(inside).map(|spring| spring.ends)
+        });
+        own.collect()
+    }
+
+    /// Every edge of the cloths' triangles, and every link.
     pub fn edges(&self) -> Vec<[u32; 2]> {
-        let mut edges = Vec::new();
-        for cloth in &self.cloths {
-            if cloth.triangles.is_empty() {
-                let links = self.springs.iter().filter(|batch| batch.family != "bend");
-                let ends = links.flat_map(|batch| batch.springs.iter().map(|spring| spring.ends));
-                edges.extend(ends.filter(|[i, _]| cloth.particles.contains(&(*i as usize))));
-            } else {
-                edges.extend(edge_uses(&cloth.triangles).into_keys());
-            }
-        }
-        edges
+        let triangles = self.cloths.iter().map(|cloth| &cloth.triangles);
+        let edges = triangles.flat_map(|triangles| edge_uses(triangles).into_keys());
+        edges.chain(self.links()).collect()
     }
 
     /// Name of a particle's cloth and the particle's number in it.

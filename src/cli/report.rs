@@ -54,6 +54,9 @@ fn contact(finished: &Finished) -> Value {
         "max_depth_m": stats.depth,
         "max_depth_ever_m": stats.depth_ever,
         "count": simulation.contacts().list.len(),
+        "impacts": stats.impacts.impacts,
+        "zones": stats.impacts.zones,
+        "missed": stats.impacts.missed,
     });
     if let (Some(audited), Some(fields)) = (&finished.audited, contact.as_object_mut()) {
         let found = json!({

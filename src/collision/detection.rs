@@ -242,6 +242,7 @@ mod tests {
             motion: None,
             friction: 0.0,
             thickness: 0.003,
+            continuous: true,
         }
     }
 

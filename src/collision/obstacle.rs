@@ -18,6 +18,8 @@ pub struct Obstacle {
     pub friction: f64,
     /// Distance that cloth keeps from it (m).
     pub thickness: f64,
+    /// Whether whole triangles and edges of cloth are followed along their ways, and not particles alone.
+    pub continuous: bool,
 }
 
 /// How cloth collides with itself and with other cloth.

@@ -119,7 +119,7 @@ impl Ledger {
                 causes.push(damping.name());
             }
         }
-        if !model.obstacles.is_empty() {
+        if model.has_contact() {
             causes.extend([FRICTION, CONTACT]);
         }
         if model.strain_limit.is_some() {
@@ -149,7 +149,7 @@ impl Ledger {
 
     /// Whether stages besides the integration may change the state: energies are then taken between them.
     pub fn is_booked_by_stage(model: &Model) -> bool {
-        model.strain_limit.is_some() || !model.obstacles.is_empty()
+        model.strain_limit.is_some() || model.has_contact()
     }
 
     /// Begins a step from a state whose kinetic and gravitational energy are given. The elastic one is that
@@ -195,9 +195,11 @@ impl Ledger {
         self.level.kinetic -= taken;
     }
 
-    /// Books kinetic energy that moving obstacles gave outside the equations (J).
+    /// Books kinetic energy that moving obstacles gave outside the equations (J); driven pins did, where no
+    /// obstacle moves.
     pub fn pushed(&mut self, given: f64) {
-        self.book_work(OBSTACLES, given);
+        let moves = self.work.iter().any(|(name, _)| *name == OBSTACLES);
+        self.book_work(if moves { OBSTACLES } else { PINS }, given);
         self.level.kinetic += given;
     }
 

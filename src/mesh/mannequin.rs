@@ -9,6 +9,9 @@
 //! stands on x = z = 0. The arms hang 22° from the vertical. Hands are mittens with a thumb, and
 //! the face has a nose and a chin: finer features would take more triangles than cloth can feel.
 
+pub(crate) mod skeleton;
+pub(crate) mod skin;
+
 use glam::DVec3;
 
 use super::TriMesh;

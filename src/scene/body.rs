@@ -1,14 +1,15 @@
 //! Reading the obstacles of a scene.
 
-use super::fault::SceneError;
+use super::fault::{Fault, SceneError};
 use super::hold::rigid;
 use super::load::LoadedScene;
 use super::place::place;
 use super::read_mesh::ReadMesh;
 use super::schema::{self, ObjShape, ObstacleMotion, ObstacleShape};
 use super::sequence::read_sequence;
+use super::walk::PlacedWalk;
 use crate::collision::{BodyMotion, Obstacle, Solid};
-use crate::mesh::{self, Surface};
+use crate::mesh::{self, Surface, TriMesh};
 use glam::DVec3;
 use std::sync::Arc;
 
@@ -25,7 +26,10 @@ pub(super) fn read_obstacle(
         points[0]
     };
     let shape = match &obstacle.shape {
-        ObstacleShape::Obj(shape) => read_body(loaded, i, obstacle, shape, notes)?,
+        ObstacleShape::Obj(shape) => {
+            let (mesh, surface) = read_body(loaded, i, obstacle, shape, notes)?;
+            Solid::Mesh { mesh, surface }
+        }
         ObstacleShape::Plane(plane) => {
             let (origin, tip) = (placed([0.0; 3]), placed(plane.normal));
             Solid::Plane {
@@ -43,6 +47,12 @@ pub(super) fn read_obstacle(
         Some(ObstacleMotion::Keyframes(keys)) => {
             Some(BodyMotion::Rigid(rigid(keys), center(&shape)))
         }
+        Some(ObstacleMotion::Walk(asked)) => {
+            let walk = PlacedWalk::new(obstacle, asked, &shape).map_err(|cause| {
+                loaded.error(&Fault::new(format!("obstacle.{i}.motion.walk"), cause))
+            })?;
+            Some(BodyMotion::Deforming(Arc::new(walk)))
+        }
         Some(ObstacleMotion::Sequence(asked)) => {
             let sequence = read_sequence(loaded, i, obstacle, asked, &shape)?;
             Some(BodyMotion::Deforming(Arc::new(sequence)))
@@ -52,6 +62,7 @@ pub(super) fn read_obstacle(
         name,
         friction,
         thickness,
+        ccd,
         ..
     } = obstacle.clone();
     Ok(Obstacle {
@@ -60,6 +71,7 @@ pub(super) fn read_obstacle(
         motion,
         friction,
         thickness,
+        continuous: ccd,
     })
 }
 
@@ -70,7 +82,7 @@ fn read_body(
     obstacle: &schema::Obstacle,
     shape: &ObjShape,
     notes: &mut Vec<String>,
-) -> Result<Solid, SceneError> {
+) -> Result<(TriMesh, Surface), SceneError> {
     let mut read = ReadMesh::new(loaded, &format!("obstacle.{i}.shape"), shape)?;
     if let Some(edge) = mesh::open_edge(&read.mesh) {
         return Err(read.error(format!(
@@ -86,10 +98,7 @@ fn read_body(
     notes.extend(read.note());
     let surface =
         Surface::new(&read.mesh).ok_or_else(|| read.error("holds no triangles".to_owned()))?;
-    Ok(Solid::Mesh {
-        mesh: read.mesh,
-        surface,
-    })
+    Ok((read.mesh, surface))
 }
 
 /// What an obstacle turns about: the middle of the box around it, or a plane's point (m).

@@ -23,6 +23,7 @@ mod spring_constant;
 mod step;
 mod stiffness;
 mod validate;
+mod walk;
 
 pub use build::{Built, build};
 pub use builtin::{BUILTIN, builtin_mesh, builtin_scene};

@@ -272,6 +272,10 @@ pub struct Obstacle {
     /// Distance that cloth keeps from its surface (m).
     #[serde(default = "thickness")]
     pub thickness: f64,
+    /// Whether whole triangles and edges of cloth are kept out along their ways (continuous collision
+    /// detection), and not particles alone.
+    #[serde(default = "yes")]
+    pub ccd: bool,
     /// How it moves; it holds still otherwise.
     pub motion: Option<ObstacleMotion>,
 }
@@ -317,8 +321,24 @@ pub enum ObstacleMotion {
     /// As one piece. It goes smoothly from each keyframe to the next without overshooting, and rests before
     /// the first and after the last.
     Keyframes(Vec<Keyframe>),
+    /// As a mannequin walks: the body has to be `mannequin.obj`.
+    Walk(WalkMotion),
     /// As the meshes of OBJ files say, in straight lines from each to the next.
     Sequence(SequenceMotion),
+}
+
+/// A walk along the mannequin's own +z, after it has stood until `start`.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct WalkMotion {
+    /// Mean speed (m/s).
+    pub speed: f64,
+    /// Until when it stands (s).
+    #[serde(default = "second")]
+    pub start: f64,
+    /// Whether it walks on the spot, as on a treadmill.
+    #[serde(default)]
+    pub on_the_spot: bool,
 }
 
 /// A motion given by OBJ files of one topology: one a frame, in the order of the numbers at the ends of
@@ -555,6 +575,14 @@ fn layer_thickness() -> f64 {
 
 fn thickness() -> f64 {
     0.003
+}
+
+fn second() -> f64 {
+    1.0
+}
+
+fn yes() -> bool {
+    true
 }
 
 fn one() -> f64 {

@@ -310,6 +310,18 @@ fn check_obstacle(at: &str, obstacle: &Obstacle) -> Result<(), Fault> {
         Some(ObstacleMotion::Keyframes(keys)) => {
             check_keyframes(&format!("{at}.motion.keyframes"), keys)?;
         }
+        Some(ObstacleMotion::Walk(walk)) => {
+            let at = format!("{at}.motion.walk");
+            if !matches!(
+                &obstacle.shape,
+                ObstacleShape::Obj(ObjShape { scale: 1.0, .. })
+            ) {
+                let cause = "needs an obstacle whose shape is the obj mannequin.obj with scale = 1";
+                return Err(Fault::new(at, cause));
+            }
+            positive(&format!("{at}.speed"), walk.speed)?;
+            not_negative(&format!("{at}.start"), walk.start)?;
+        }
         Some(ObstacleMotion::Sequence(sequence)) => {
             let at = format!("{at}.motion.sequence");
             if !matches!(obstacle.shape, ObstacleShape::Obj(_)) {

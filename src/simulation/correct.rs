@@ -20,7 +20,8 @@ impl Simulation {
             return Ok(Limited::default());
         }
         let (limited, touched) = self.limit_strain_and_contact();
-        if touched {
+        let parted = self.resolve_impacts();
+        if touched || parted {
             let before = survey.energy;
             *survey = self.survey();
             self.check_finite(survey, Stage::Respond)?;
@@ -118,7 +119,7 @@ impl Simulation {
         })
     }
 
-    fn detect_contacts(&mut self) {
+    pub(super) fn detect_contacts(&mut self) {
         let Self {
             model,
             state,
@@ -168,7 +169,7 @@ impl Simulation {
 
 /// Books the potential that the last mover has changed, before the next one moves the particles from some
 /// positions on. One after itself goes on: of two passes over the springs none is needed then.
-fn hand_over(
+pub(super) fn hand_over(
     mover: &mut Option<&'static str>,
     next: &'static str,
     ledger: &mut Ledger,

@@ -190,6 +190,7 @@ impl Simulation {
         self.contacts.scale_grips(self.dt / other.dt);
         self.detection.clone_from(&other.detection);
         self.bodies.clone_from(&other.bodies);
+        self.impacts.clone_from(&other.impacts);
         self.ledger.copy_from(&other.ledger);
         self.budget.clone_from(&other.budget);
         self.sensible_strain = other.sensible_strain;

@@ -7,6 +7,7 @@ mod divergence;
 mod element;
 mod equilibrium;
 mod error;
+mod impacts;
 mod memory;
 mod stability;
 mod stats;
@@ -19,11 +20,12 @@ pub use element::{Element, elements};
 pub use equilibrium::{Rest, settle};
 pub use error::ErrorEstimate;
 pub use stability::{Forecast, Limit, Mode, forecast};
-pub use stats::{Stage, StageTimes, Stats};
+pub use stats::{ImpactStats, Stage, StageTimes, Stats};
 pub use step_length::{AUTO_SHARE, NoStableStep, step_length, sweep_compliance};
 
 use budget::{Budget, STEPS};
 
+use crate::collision::impact::Impacts;
 use crate::collision::{Bodies, Contacts, Detection};
 use crate::energy::{Balance, DampingWork, Energies, Flows, Ledger, PinWork, potential};
 use crate::integrator::{Integrator, Scheme};
@@ -49,6 +51,8 @@ pub struct Simulation {
     contacts: Contacts,
     bodies: Bodies,
     detection: Detection,
+    /// What keeps edges and triangles apart; none where nobody asks.
+    impacts: Option<Impacts>,
     ledger: Ledger,
     /// The ledger before the current step.
     booked: Ledger,
@@ -101,6 +105,7 @@ impl Simulation {
             contacts: model.no_contacts(),
             bodies: Bodies::new(&model.obstacles, state.time),
             detection: Detection::new(&model.obstacles, model.cloth_particles()),
+            impacts: impacts::of(&model),
             sensible_strain: divergence::sensible_strain(&model, &state),
             booked: Ledger::open(&model, &state),
             ledger: Ledger::open(&model, &state),

@@ -28,8 +28,21 @@ pub struct Stats {
     pub damped: u64,
     /// Passes of strain limiting.
     pub limit_passes: u64,
+    /// What keeping edges and triangles apart did.
+    pub impacts: ImpactStats,
     /// Where the time went.
     pub times: StageTimes,
+}
+
+/// What keeping edges and triangles apart did since the start.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ImpactStats {
+    /// Pairs of features that would have met.
+    pub impacts: u64,
+    /// Groups of particles that were moved as one, since single impulses didn't part them.
+    pub zones: u64,
+    /// Pairs that met nevertheless.
+    pub missed: u64,
 }
 
 /// A stage of the step.
@@ -43,17 +56,20 @@ pub enum Stage {
     DetectContacts,
     /// Answering them.
     Respond,
+    /// Keeping the ways of whole triangles and edges apart.
+    ResolveImpacts,
     /// Strain and dissipated power.
     Measure,
 }
 
 impl Stage {
     /// Every stage with its name in reports.
-    pub const ALL: [(Self, &'static str); 5] = [
+    pub const ALL: [(Self, &'static str); 6] = [
         (Self::Integrate, "integrate"),
         (Self::LimitStrain, "limit_strain"),
         (Self::DetectContacts, "detect_contacts"),
         (Self::Respond, "respond"),
+        (Self::ResolveImpacts, "resolve_impacts"),
         (Self::Measure, "measure"),
     ];
 

@@ -12,6 +12,7 @@ fn body(mesh: TriMesh) -> Obstacle {
         motion: None,
         friction: 0.0,
         thickness: 0.003,
+        continuous: true,
     }
 }
 

@@ -107,7 +107,11 @@ impl Impacts {
             for (number, element) in (0..).zip(&self.ground.cloth) {
                 let clear = self.clear[number as usize];
                 let near = !(clear > self.ground.way(element) + self.solid_way);
-                if if first { near } else { self.ground.is_stale(element) } {
+                if if first {
+                    near
+                } else {
+                    self.ground.is_stale(element)
+                } {
                     self.asked.push(number);
                 }
             }
@@ -122,7 +126,8 @@ impl Impacts {
             }
             self.ask(|ground, number, found| ground.against_layers(number, first, found));
         }
-        self.ground.against_planes(self.particles, first, &mut self.touches);
+        self.ground
+            .against_planes(self.particles, first, &mut self.touches);
         for touch in &self.touches[known..] {
             // Searched again in any case, whether or not anything moves them.
             for vertex in touch.vertices {
@@ -134,7 +139,9 @@ impl Impacts {
 
     /// Marks the vertices whose ways aren't those of the last search, and remembers these.
     fn mark_stale(&mut self, first: bool) {
-        let Self { ground, searched, .. } = self;
+        let Self {
+            ground, searched, ..
+        } = self;
         let ways = ground.vertices.end.iter().zip(searched);
         for (stale, (end, searched)) in ground.stale.iter_mut().zip(ways) {
             *stale = first || *end != *searched; // also with a NaN

@@ -101,7 +101,9 @@ impl Ground {
             ..
         } = self;
         if layers.is_some() {
-            fit(cloth_tree, cloth.len(), |item| swept(vertices, &cloth[item as usize]));
+            fit(cloth_tree, cloth.len(), |item| {
+                swept(vertices, &cloth[item as usize])
+            });
         }
     }
 
@@ -123,15 +125,16 @@ impl Ground {
         let widest = self.rules[1..].iter().map(Rules::free).fold(0.0, f64::max);
         let reach = widest + AHEAD * self.way(one);
         let mut clear = reach;
-        self.solid_tree.overlapping(&swept(&self.vertices, one).grown(reach), |item| {
-            let other = &self.solid[item as usize];
-            let rules = &self.rules[other.solid as usize];
-            pairs(one, other, rules.radius > 0.0, |features, vertices| {
-                let (gap, touch) = self.examine(features, vertices, rules, first);
-                clear = clear.min(gap);
-                found.touches.extend(touch);
+        self.solid_tree
+            .overlapping(&swept(&self.vertices, one).grown(reach), |item| {
+                let other = &self.solid[item as usize];
+                let rules = &self.rules[other.solid as usize];
+                pairs(one, other, rules.radius > 0.0, |features, vertices| {
+                    let (gap, touch) = self.examine(features, vertices, rules, first);
+                    clear = clear.min(gap);
+                    found.touches.extend(touch);
+                });
             });
-        });
         found.clear.push((number, clear - widest));
     }
 
@@ -142,21 +145,22 @@ impl Ground {
             return;
         };
         let reach = layers.thickness;
-        self.cloth_tree.overlapping(&swept(&self.vertices, one).grown(reach), |item| {
-            let other = &self.cloth[item as usize];
-            let twice = item < number && (first || self.is_stale(other));
-            if twice || item == number {
-                return;
-            }
-            pairs(one, other, false, |features, vertices| {
-                let split = features.split();
-                let (mine, yours) = vertices.split_at(split);
-                if mine.iter().all(|i| !yours.contains(i)) {
-                    let touch = self.examine(features, vertices, &self.rules[0], first).1;
-                    found.touches.extend(touch);
+        self.cloth_tree
+            .overlapping(&swept(&self.vertices, one).grown(reach), |item| {
+                let other = &self.cloth[item as usize];
+                let twice = item < number && (first || self.is_stale(other));
+                if twice || item == number {
+                    return;
                 }
+                pairs(one, other, false, |features, vertices| {
+                    let split = features.split();
+                    let (mine, yours) = vertices.split_at(split);
+                    if mine.iter().all(|i| !yours.contains(i)) {
+                        let touch = self.examine(features, vertices, &self.rules[0], first).1;
+                        found.touches.extend(touch);
+                    }
+                });
             });
-        });
     }
 
     /// Gap of two features at the step's start (m), and what they come to.
@@ -173,7 +177,11 @@ impl Ground {
         let distance = closest.between.length();
         let gap = distance - rules.radius;
         // What starts inside a ball at least comes no closer to its centre.
-        let (base, room) = if gap > 0.0 { (rules.radius, gap) } else { (0.0, distance) };
+        let (base, room) = if gap > 0.0 {
+            (rules.radius, gap)
+        } else {
+            (0.0, distance)
+        };
         let separation = rules.floor.min(KEPT * room);
         let band = BAND * separation;
         let full = rules.radius + rules.free();
@@ -186,14 +194,27 @@ impl Ground {
             ..Touch::default()
         };
         let far = distance > base + separation + band + relative_way(features, &start, &end);
-        let met = if far { None } else { meeting(features, start, end, base + separation, band) };
+        let met = if far {
+            None
+        } else {
+            meeting(features, start, end, base + separation, band)
+        };
         let Some(met) = met else {
-            let pushed = first.then(|| self.pushed(features, vertices, &closest, rules)).flatten();
+            let pushed = first
+                .then(|| self.pushed(features, vertices, &closest, rules))
+                .flatten();
             let along = closest.between / distance;
-            return (gap, pushed.map(|target| touch(closest.weights, along, target)));
+            return (
+                gap,
+                pushed.map(|target| touch(closest.weights, along, target)),
+            );
         };
         let full = self.rest_distance(features, vertices, full);
-        let target = if distance < full { distance + SHARE * (full - distance) } else { full };
+        let target = if distance < full {
+            distance + SHARE * (full - distance)
+        } else {
+            full
+        };
         (gap, Some(touch(met.weights, met.normal, target)))
     }
 
@@ -253,7 +274,11 @@ impl Ground {
                 } else {
                     began
                 };
-                let target = if began < free { began + SHARE * (free - began) } else { free };
+                let target = if began < free {
+                    began + SHARE * (free - began)
+                } else {
+                    free
+                };
                 if ends >= if first && began < free { target } else { least } {
                     continue;
                 }

@@ -103,7 +103,12 @@ impl Zones {
     /// energy.
     pub(super) fn slow(&self, vertices: &mut Vertices, dt: f64, slowed: &mut Slowed) {
         for zone in self.zones() {
-            let Vertices { start, end, velocity, inverse_mass } = vertices;
+            let Vertices {
+                start,
+                end,
+                velocity,
+                inverse_mass,
+            } = vertices;
             let held = zone.iter().any(|(_, i)| inverse_mass[*i as usize] == 0.0);
             let rigid = if held {
                 Rigid::of(zone, inverse_mass, |i| (start[i], (end[i] - start[i]) / dt))
@@ -137,7 +142,11 @@ const MOST_TURN: f64 = 1.0;
 impl Rigid {
     /// The rigid motion that has the momentum and angular momentum of places and their motions: of the fixed
     /// vertices, all of the same mass, where there are any.
-    fn of(zone: &[(u32, u32)], inverse_mass: &[f64], motion: impl Fn(usize) -> (DVec3, DVec3)) -> Self {
+    fn of(
+        zone: &[(u32, u32)],
+        inverse_mass: &[f64],
+        motion: impl Fn(usize) -> (DVec3, DVec3),
+    ) -> Self {
         let held = zone.iter().any(|(_, i)| inverse_mass[*i as usize] == 0.0);
         let masses = zone.iter().filter_map(|(_, vertex)| {
             let i = *vertex as usize;
@@ -167,7 +176,11 @@ impl Rigid {
         // About the axis of a straight zone nothing turns.
         let trace = inertia.x_axis.x + inertia.y_axis.y + inertia.z_axis.z;
         inertia += DMat3::from_diagonal(DVec3::splat(1e-9 * trace));
-        let turn = if trace > 0.0 { inertia.inverse() * spin } else { DVec3::ZERO };
+        let turn = if trace > 0.0 {
+            inertia.inverse() * spin
+        } else {
+            DVec3::ZERO
+        };
         Self { about, shift, turn }
     }
 
