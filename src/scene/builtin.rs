@@ -22,6 +22,10 @@ pub const BUILTIN: &[(&str, &str)] = &[
     ("block", include_str!("builtin/block.toml")),
     ("edge-springs", include_str!("builtin/edge-springs.toml")),
     ("thin-shell", include_str!("builtin/thin-shell.toml")),
+    (
+        "walking-mannequin",
+        include_str!("builtin/walking-mannequin.toml"),
+    ),
     ("drape-sphere", include_str!("builtin/drape-sphere.toml")),
     ("table-cloth", include_str!("builtin/table-cloth.toml")),
     ("incline", include_str!("builtin/incline.toml")),
@@ -33,6 +37,7 @@ pub const BUILTIN: &[(&str, &str)] = &[
 /// Path and OBJ text of every built-in mesh.
 const MESHES: &[(&str, &str)] = &[
     ("mannequin.obj", include_str!("../../meshes/mannequin.obj")),
+    ("poncho.obj", include_str!("../../meshes/poncho.obj")),
     ("slab.obj", include_str!("../../meshes/slab.obj")),
     ("shell.obj", include_str!("../../meshes/shell.obj")),
     ("table.obj", include_str!("../../meshes/table.obj")),
