@@ -176,7 +176,7 @@ fn lengths_that_are_none_and_grids_that_are_too_large_are_refused_with_a_remedy(
             "{fault}"
         );
     }
-    for cell in [0.002, 1e-5, 1e-300] {
+    for cell in [0.002, 1e-300] {
         let fault = DistanceGrid::new(&surface, cell, 0.05).unwrap_err();
         let BadGrid::TooFine { enough, .. } = fault else {
             panic!("{fault}")
