@@ -290,7 +290,13 @@ struct Count {
 }
 
 fn check(case: &Case, count: &mut Count) {
-    let found = meeting(case.features, case.at(0), case.at(STEP), SEPARATION, 0.25 * SEPARATION);
+    let found = meeting(
+        case.features,
+        case.at(0),
+        case.at(STEP),
+        SEPARATION,
+        0.25 * SEPARATION,
+    );
     count.cases += 1;
     count.met += u32::from(found.is_some());
     let ticks = case.critical();

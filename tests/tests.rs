@@ -16,6 +16,7 @@ mod detection;
 mod error;
 mod extremes;
 mod gallery;
+mod impacts;
 mod lab;
 mod laws;
 mod ledger;

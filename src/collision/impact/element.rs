@@ -57,13 +57,18 @@ pub(super) fn elements(
             solid,
         });
     }
-    list.extend((first..).zip(free).filter(|(_, free)| *free).map(|(vertex, _)| Element {
-        corners: [vertex; 3],
-        vertices: [true, false, false],
-        edges: [false; 3],
-        face: false,
-        solid,
-    }));
+    list.extend(
+        (first..)
+            .zip(free)
+            .filter(|(_, free)| *free)
+            .map(|(vertex, _)| Element {
+                corners: [vertex; 3],
+                vertices: [true, false, false],
+                edges: [false; 3],
+                face: false,
+                solid,
+            }),
+    );
     list
 }
 
@@ -107,8 +112,16 @@ mod tests {
         let mut vertices: Vec<u32> = Vec::new();
         let mut edges: Vec<[u32; 2]> = Vec::new();
         for element in &list {
-            vertices.extend((0..3).filter(|&k| element.vertices[k]).map(|k| element.corners[k]));
-            edges.extend((0..3).filter(|&k| element.edges[k]).map(|k| element.edge(k)));
+            vertices.extend(
+                (0..3)
+                    .filter(|&k| element.vertices[k])
+                    .map(|k| element.corners[k]),
+            );
+            edges.extend(
+                (0..3)
+                    .filter(|&k| element.edges[k])
+                    .map(|k| element.edge(k)),
+            );
         }
         vertices.sort_unstable();
         assert_eq!(vertices, [10, 11, 12, 13, 14, 15, 16]);
@@ -117,11 +130,16 @@ mod tests {
         let mut crossings = 0;
         let other = elements(20, 3, &[[0, 1, 2]], &[], 1);
         for element in &list {
-            pairs(element, &other[0], false, |features, vertices| match features {
-                Features::VertexFace if vertices[0] < 20 => faces += 1,
-                Features::VertexFace => assert_eq!(vertices[0] / 10, 2),
-                Features::EdgeEdge => crossings += 1,
-            });
+            pairs(
+                element,
+                &other[0],
+                false,
+                |features, vertices| match features {
+                    Features::VertexFace if vertices[0] < 20 => faces += 1,
+                    Features::VertexFace => assert_eq!(vertices[0] / 10, 2),
+                    Features::EdgeEdge => crossings += 1,
+                },
+            );
         }
         assert_eq!((faces, crossings), (7, 7 * 3));
     }

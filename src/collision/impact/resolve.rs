@@ -1,17 +1,22 @@
 //! The rounds of a step: search, part what meets, search again.
 
-use super::search::{Found, Ground};
+use super::search::{Found, Ground, TIGHT};
 use super::slowing::slow;
 use super::stage::{Impacts, Resolved, Step, TASK};
 use super::touch::separate;
 use glam::DVec3;
 use rayon::prelude::*;
 
-/// Rounds of impulses; what then still meets becomes rigid zones. TODO
+/// Rounds of impulses; what then still meets becomes rigid zones. Cloth that falls on bodies or itself
+/// takes 2 to 5, sheets that meet at 100 m/s 6; what 12 don't part, such as a needle at 100 m/s, 30 don't, either.
+/// From half of them on floors are small.
 const ROUNDS: u32 = 12;
 
-/// Rounds of growing zones. TODO
+/// Rounds of growing zones; two or three are enough for needles.
 const ZONE_ROUNDS: u32 = 60;
+
+/// Rounds after which zones also grow by the neighbours of what they meet.
+const PATIENT: u32 = 4;
 
 /// Share of the smallest floor by which targets may be missed within a round: less than what lies
 /// between the target and the band of detection.
@@ -54,6 +59,17 @@ impl Impacts {
         let floors = self.ground.rules.iter().map(|rules| rules.floor);
         let precision = PRECISION * floors.filter(|floor| *floor > 0.0).fold(f64::MAX, f64::min);
         while found > 0 && resolved.rounds <= ROUNDS {
+            if resolved.rounds == ROUNDS / 2 {
+                self.ground.tight = true;
+                self.touches
+                    .iter_mut()
+                    .for_each(|touch| touch.target = touch.tight.min(touch.target));
+            }
+            let precision = if self.ground.tight {
+                TIGHT * precision
+            } else {
+                precision
+            };
             separate(&mut self.touches, &mut self.ground.vertices, precision);
             found = self.search(false);
             resolved.rounds += 1;
@@ -92,8 +108,9 @@ impl Impacts {
         if !self.fitted {
             self.ground.fit_solids();
         }
+        self.ground.tight = false;
         self.touches.clear();
-        self.zones.clear();
+        self.zones.clear(&mut self.ground);
     }
 
     /// Searches all ways, or those that have changed since the last search. Returns the number of meetings, whose
@@ -107,7 +124,11 @@ impl Impacts {
             for (number, element) in (0..).zip(&self.ground.cloth) {
                 let clear = self.clear[number as usize];
                 let near = !(clear > self.ground.way(element) + self.solid_way);
-                if if first { near } else { self.ground.is_stale(element) } {
+                if if first {
+                    near
+                } else {
+                    self.ground.is_stale(element)
+                } {
                     self.asked.push(number);
                 }
             }
@@ -122,7 +143,8 @@ impl Impacts {
             }
             self.ask(|ground, number, found| ground.against_layers(number, first, found));
         }
-        self.ground.against_planes(self.particles, first, &mut self.touches);
+        self.ground
+            .against_planes(self.particles, first, &mut self.touches);
         for touch in &self.touches[known..] {
             // Searched again in any case, whether or not anything moves them.
             for vertex in touch.vertices {
@@ -134,7 +156,9 @@ impl Impacts {
 
     /// Marks the vertices whose ways aren't those of the last search, and remembers these.
     fn mark_stale(&mut self, first: bool) {
-        let Self { ground, searched, .. } = self;
+        let Self {
+            ground, searched, ..
+        } = self;
         let ways = ground.vertices.end.iter().zip(searched);
         for (stale, (end, searched)) in ground.stale.iter_mut().zip(ways) {
             *stale = first || *end != *searched; // also with a NaN
@@ -166,8 +190,13 @@ impl Impacts {
         let mut round = 0;
         while found > 0 && round < ZONE_ROUNDS {
             let new = self.touches.len() - found;
-            self.zones.join(&self.touches[new..]);
-            self.zones.displace(&mut self.ground.vertices);
+            let around = if round < PATIENT {
+                &[]
+            } else {
+                &self.ground.cloth[..]
+            };
+            self.zones.join(&self.touches[new..], around);
+            self.zones.displace(&mut self.ground);
             found = self.search(false);
             round += 1;
         }

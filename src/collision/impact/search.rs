@@ -37,6 +37,10 @@ pub(super) struct Ground {
     pub(super) layers: Option<Layers>,
     /// Whether a vertex's way isn't the one that was last searched.
     pub(super) stale: Vec<bool>,
+    /// The rigid zone of each vertex that moves with one.
+    pub(super) zone: Vec<Option<u32>>,
+    /// Whether floors are small because there is no room for more.
+    pub(super) tight: bool,
 }
 
 /// What a task found.
@@ -57,6 +61,9 @@ const BAND: f64 = 0.25;
 /// Gap after an impact, in floors: outside of the band of detection.
 const CLEAR: f64 = 1.5;
 
+/// Share of all floors that is left where there is no room for more, as between two bodies that close.
+pub(super) const TIGHT: f64 = 0.1;
+
 /// Share of a missing gap that a step brings back: a floor of 0.3 mm in 10 steps to 6 %.
 const SHARE: f64 = 0.25;
 
@@ -64,9 +71,12 @@ const SHARE: f64 = 0.25;
 /// Anderson 2002).
 const REPULSION: f64 = 0.1;
 
-/// An element is looked for around the way of a step and so many more: as long as nothing comes closer
-/// it needn't be looked for again.
+/// An element is looked for around its way in a step and so many more, but no farther than [`FAR`]: as
+/// long as nothing comes closer it needn't be looked for again. TODO
 const AHEAD: f64 = 4.0;
+
+/// See [`AHEAD`] (m). TODO
+const FAR: f64 = 4e-3;
 
 impl Rules {
     /// Gap from which on nothing has to be done (m).
@@ -101,7 +111,9 @@ impl Ground {
             ..
         } = self;
         if layers.is_some() {
-            fit(cloth_tree, cloth.len(), |item| swept(vertices, &cloth[item as usize]));
+            fit(cloth_tree, cloth.len(), |item| {
+                swept(vertices, &cloth[item as usize])
+            });
         }
     }
 
@@ -121,17 +133,23 @@ impl Ground {
     pub(super) fn against_solids(&self, number: u32, first: bool, found: &mut Found) {
         let one = &self.cloth[number as usize];
         let widest = self.rules[1..].iter().map(Rules::free).fold(0.0, f64::max);
-        let reach = widest + AHEAD * self.way(one);
+        let reach = widest + (AHEAD * self.way(one)).min(FAR);
         let mut clear = reach;
-        self.solid_tree.overlapping(&swept(&self.vertices, one).grown(reach), |item| {
-            let other = &self.solid[item as usize];
-            let rules = &self.rules[other.solid as usize];
-            pairs(one, other, rules.radius > 0.0, |features, vertices| {
-                let (gap, touch) = self.examine(features, vertices, rules, first);
-                clear = clear.min(gap);
-                found.touches.extend(touch);
+        self.solid_tree
+            .overlapping(&swept(&self.vertices, one).grown(reach), |item| {
+                let other = &self.solid[item as usize];
+                let rules = &self.rules[other.solid as usize];
+                let apart = self.apart(one, other) - rules.radius;
+                if apart > widest {
+                    clear = clear.min(apart);
+                    return;
+                }
+                pairs(one, other, rules.radius > 0.0, |features, vertices| {
+                    let (gap, touch) = self.examine(features, vertices, rules, first);
+                    clear = clear.min(gap);
+                    found.touches.extend(touch);
+                });
             });
-        });
         found.clear.push((number, clear - widest));
     }
 
@@ -142,21 +160,46 @@ impl Ground {
             return;
         };
         let reach = layers.thickness;
-        self.cloth_tree.overlapping(&swept(&self.vertices, one).grown(reach), |item| {
-            let other = &self.cloth[item as usize];
-            let twice = item < number && (first || self.is_stale(other));
-            if twice || item == number {
-                return;
-            }
-            pairs(one, other, false, |features, vertices| {
-                let split = features.split();
-                let (mine, yours) = vertices.split_at(split);
-                if mine.iter().all(|i| !yours.contains(i)) {
-                    let touch = self.examine(features, vertices, &self.rules[0], first).1;
-                    found.touches.extend(touch);
+        self.cloth_tree
+            .overlapping(&swept(&self.vertices, one).grown(reach), |item| {
+                let other = &self.cloth[item as usize];
+                let twice = item < number && (first || self.is_stale(other));
+                if twice || item == number {
+                    return;
                 }
+                pairs(one, other, false, |features, vertices| {
+                    let split = features.split();
+                    let (mine, yours) = vertices.split_at(split);
+                    if mine.iter().all(|i| !yours.contains(i)) {
+                        let touch = self.examine(features, vertices, &self.rules[0], first).1;
+                        found.touches.extend(touch);
+                    }
+                });
             });
-        });
+    }
+
+    /// Gap of two elements over the whole step along the normal of one of them (m); they are at least as far apart.
+    fn apart(&self, one: &Element, other: &Element) -> f64 {
+        let Vertices { start, end, .. } = &self.vertices;
+        let corners = |element: &Element| {
+            element
+                .corners
+                .map(|i| (start[i as usize], end[i as usize]))
+        };
+        let (one, other) = (corners(one), corners(other));
+        let along = |[(a, _), (b, _), (c, _)]: [(DVec3, DVec3); 3]| {
+            let normal = (b - a).cross(c - a).normalize_or_zero();
+            let range = |corners: &[(DVec3, DVec3); 3]| {
+                let both = corners.map(|(start, end)| (normal.dot(start), normal.dot(end)));
+                both.into_iter()
+                    .fold((f64::MAX, f64::MIN), |(low, high), (start, end)| {
+                        (low.min(start).min(end), high.max(start).max(end))
+                    })
+            };
+            let (mine, yours) = (range(&one), range(&other));
+            (mine.0 - yours.1).max(yours.0 - mine.1)
+        };
+        along(other).max(along(one))
     }
 
     /// Gap of two features at the step's start (m), and what they come to.
@@ -167,14 +210,23 @@ impl Ground {
         rules: &Rules,
         first: bool,
     ) -> (f64, Option<Touch>) {
+        let zone = vertices.map(|i| self.zone[i as usize]);
+        if zone[0].is_some() && zone.iter().all(|other| *other == zone[0]) {
+            return (f64::MAX, None); // an affine map keeps apart what is apart, however close
+        }
         let start = vertices.map(|i| self.vertices.start[i as usize]);
         let end = vertices.map(|i| self.vertices.end[i as usize]);
         let closest = features.closest(start);
         let distance = closest.between.length();
         let gap = distance - rules.radius;
         // What starts inside a ball at least comes no closer to its centre.
-        let (base, room) = if gap > 0.0 { (rules.radius, gap) } else { (0.0, distance) };
-        let separation = rules.floor.min(KEPT * room);
+        let (base, room) = if gap > 0.0 {
+            (rules.radius, gap)
+        } else {
+            (0.0, distance)
+        };
+        let least = TIGHT * rules.floor.min(KEPT * room);
+        let separation = if self.tight { least } else { least / TIGHT };
         let band = BAND * separation;
         let full = rules.radius + rules.free();
         let touch = |weights, normal, target| Touch {
@@ -182,18 +234,37 @@ impl Ground {
             weights,
             normal,
             target,
+            tight: base + CLEAR * least,
             friction: rules.friction,
             ..Touch::default()
         };
         let far = distance > base + separation + band + relative_way(features, &start, &end);
-        let met = if far { None } else { meeting(features, start, end, base + separation, band) };
+        let met = if far {
+            None
+        } else {
+            meeting(features, start, end, base + separation, band)
+        };
         let Some(met) = met else {
-            let pushed = first.then(|| self.pushed(features, vertices, &closest, rules)).flatten();
+            let pushed = first
+                .then(|| self.pushed(features, vertices, &closest, rules))
+                .flatten();
             let along = closest.between / distance;
-            return (gap, pushed.map(|target| touch(closest.weights, along, target)));
+            return (
+                gap,
+                pushed.map(|target| touch(closest.weights, along, target)),
+            );
         };
         let full = self.rest_distance(features, vertices, full);
-        let target = if distance < full { distance + SHARE * (full - distance) } else { full };
+        let target = if distance < full {
+            distance + SHARE * (full - distance)
+        } else {
+            full
+        };
+        let target = if self.tight {
+            base + CLEAR * least
+        } else {
+            target
+        };
         (gap, Some(touch(met.weights, met.normal, target)))
     }
 
@@ -248,12 +319,19 @@ impl Ground {
                 let began = normal.dot(start[i] - start[k]);
                 let ends = normal.dot(end[i] - end[k]);
                 let free = rules.free();
-                let least = if began > 0.0 {
-                    rules.floor.min(KEPT * began) * (1.0 + BAND)
+                let floor = if began > 0.0 {
+                    rules.floor.min(KEPT * began)
                 } else {
                     began
                 };
-                let target = if began < free { began + SHARE * (free - began) } else { free };
+                let tight = if began > 0.0 { TIGHT * floor } else { floor };
+                let least = if self.tight { tight } else { floor } * (1.0 + BAND);
+                let held = if began < free {
+                    began + SHARE * (free - began)
+                } else {
+                    free
+                };
+                let target = if self.tight { CLEAR * tight } else { held };
                 if ends >= if first && began < free { target } else { least } {
                     continue;
                 }
@@ -263,6 +341,7 @@ impl Ground {
                     weights: [1.0, -1.0, 0.0, 0.0],
                     normal: *normal,
                     target,
+                    tight: CLEAR * tight,
                     friction: rules.friction,
                     ..Touch::default()
                 });

@@ -91,7 +91,11 @@ impl Touch {
         let driven = |k: usize| {
             let i = self.vertices[k] as usize;
             let fixed = inverse_mass[i] == 0.0;
-            if fixed { velocity[i] * self.weights[k] } else { DVec3::ZERO }
+            if fixed {
+                velocity[i] * self.weights[k]
+            } else {
+                DVec3::ZERO
+            }
         };
         slowed.work -= impulse.dot(driven(0) + driven(1) + driven(2) + driven(3));
         self.shift(velocity, inverse_mass, impulse);

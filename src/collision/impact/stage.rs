@@ -86,12 +86,19 @@ pub(super) const TASK: usize = 64;
 
 impl Impacts {
     /// Nothing has been searched yet. Solids' vertices are to be [placed](Self::place) before a step.
-    #[expect(clippy::cast_possible_truncation, reason = "a mesh has fewer than 2³² vertices")]
+    #[expect(
+        clippy::cast_possible_truncation,
+        reason = "a mesh has fewer than 2³² vertices"
+    )]
     pub fn new(fabric: Fabric<'_>, solids: &[Solid], layers: Option<Layers>) -> Self {
         let particles = fabric.particles;
         let cloth = elements(0, particles as u32, fabric.triangles, fabric.edges, 0);
         let mut rules = vec![layers.as_ref().map_or(
-            Rules { friction: 0.0, floor: 0.0, radius: 0.0 },
+            Rules {
+                friction: 0.0,
+                floor: 0.0,
+                radius: 0.0,
+            },
             |layers| Rules {
                 friction: layers.friction,
                 floor: LAYER_FLOOR * layers.thickness,
@@ -100,8 +107,20 @@ impl Impacts {
         )];
         let (mut firsts, mut planes, mut flat) = (Vec::new(), Vec::new(), Vec::new());
         let (mut solid, mut count) = (Vec::new(), particles);
-        for (k, Solid { shape, friction, floor }) in (1..).zip(solids) {
-            let own = Rules { friction: *friction, floor: *floor, radius: shape.radius() };
+        for (
+            k,
+            Solid {
+                shape,
+                friction,
+                floor,
+            },
+        ) in (1..).zip(solids)
+        {
+            let own = Rules {
+                friction: *friction,
+                floor: *floor,
+                radius: shape.radius(),
+            };
             firsts.push(count);
             planes.push(None);
             let (first, vertices) = (count as u32, shape.vertices() as u32);
@@ -147,6 +166,8 @@ impl Impacts {
                 rules,
                 layers,
                 stale: vec![true; count],
+                zone: vec![None; count],
+                tight: false,
             },
         }
     }

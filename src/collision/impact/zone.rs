@@ -7,6 +7,8 @@
 //!
 //! Sources: Provot 1997; Bridson, Fedkiw and Anderson 2002 (rigid impact zones).
 
+use super::element::Element;
+use super::search::Ground;
 use super::slowing::Slowed;
 use super::touch::{Touch, Vertices};
 use glam::{DMat3, DVec3};
@@ -42,15 +44,11 @@ impl Zones {
         (0..self.members.len()).filter(first).count()
     }
 
-    /// Whether there is none.
-    pub(super) fn is_empty(&self) -> bool {
-        self.members.is_empty()
-    }
-
     /// Dissolves all zones.
-    pub(super) fn clear(&mut self) {
+    pub(super) fn clear(&mut self, ground: &mut Ground) {
         for (_, vertex) in self.members.drain(..) {
             self.parent[vertex as usize] = vertex;
+            ground.zone[vertex as usize] = None;
         }
     }
 
@@ -64,16 +62,21 @@ impl Zones {
         at
     }
 
-    /// Joins the vertices of each touch.
-    pub(super) fn join(&mut self, touches: &[Touch]) {
+    /// Joins the vertices of each touch; with `elements`, also those of elements that share one with a touch.
+    pub(super) fn join(&mut self, touches: &[Touch], elements: &[Element]) {
         for touch in touches {
-            let mut zone = self.first(touch.vertices[0]);
-            for vertex in touch.vertices {
-                let other = self.first(vertex);
-                let (low, high) = (zone.min(other), zone.max(other));
-                self.parent[high as usize] = low;
-                zone = low;
-                self.members.push((0, vertex));
+            self.join_all(&touch.vertices);
+        }
+        if !elements.is_empty() {
+            let mut met: Vec<u32> = touches.iter().flat_map(|touch| touch.vertices).collect();
+            met.sort_unstable();
+            for Element { corners, .. } in elements {
+                if corners
+                    .iter()
+                    .any(|corner| met.binary_search(corner).is_ok())
+                {
+                    self.join_all(corners);
+                }
             }
         }
         for k in 0..self.members.len() {
@@ -83,18 +86,35 @@ impl Zones {
         self.members.dedup();
     }
 
+    fn join_all(&mut self, vertices: &[u32]) {
+        let mut zone = self.first(vertices[0]);
+        for &vertex in vertices {
+            let other = self.first(vertex);
+            let (low, high) = (zone.min(other), zone.max(other));
+            self.parent[high as usize] = low;
+            zone = low;
+            self.members.push((0, vertex));
+        }
+    }
+
     fn zones(&self) -> impl Iterator<Item = &[(u32, u32)]> {
         self.members.chunk_by(|one, next| one.0 == next.0)
     }
 
     /// Makes the ways of each zone's free vertices those of one rigid body.
-    pub(super) fn displace(&self, vertices: &mut Vertices) {
+    pub(super) fn displace(&self, ground: &mut Ground) {
+        let Ground {
+            vertices,
+            zone: zones,
+            ..
+        } = ground;
         for zone in self.zones() {
             let Vertices { start, end, .. } = &*vertices;
             let way = |i: usize| (start[i], end[i] - start[i]);
             let rigid = Rigid::of(zone, &vertices.inverse_mass, way);
             for i in free(zone, &vertices.inverse_mass) {
                 vertices.end[i] = rigid.moved(vertices.start[i]);
+                zones[i] = Some(zone[0].0);
             }
         }
     }
@@ -103,7 +123,12 @@ impl Zones {
     /// energy.
     pub(super) fn slow(&self, vertices: &mut Vertices, dt: f64, slowed: &mut Slowed) {
         for zone in self.zones() {
-            let Vertices { start, end, velocity, inverse_mass } = vertices;
+            let Vertices {
+                start,
+                end,
+                velocity,
+                inverse_mass,
+            } = vertices;
             let held = zone.iter().any(|(_, i)| inverse_mass[*i as usize] == 0.0);
             let rigid = if held {
                 Rigid::of(zone, inverse_mass, |i| (start[i], (end[i] - start[i]) / dt))
@@ -137,7 +162,11 @@ const MOST_TURN: f64 = 1.0;
 impl Rigid {
     /// The rigid motion that has the momentum and angular momentum of places and their motions: of the fixed
     /// vertices, all of the same mass, where there are any.
-    fn of(zone: &[(u32, u32)], inverse_mass: &[f64], motion: impl Fn(usize) -> (DVec3, DVec3)) -> Self {
+    fn of(
+        zone: &[(u32, u32)],
+        inverse_mass: &[f64],
+        motion: impl Fn(usize) -> (DVec3, DVec3),
+    ) -> Self {
         let held = zone.iter().any(|(_, i)| inverse_mass[*i as usize] == 0.0);
         let masses = zone.iter().filter_map(|(_, vertex)| {
             let i = *vertex as usize;
@@ -167,7 +196,11 @@ impl Rigid {
         // About the axis of a straight zone nothing turns.
         let trace = inertia.x_axis.x + inertia.y_axis.y + inertia.z_axis.z;
         inertia += DMat3::from_diagonal(DVec3::splat(1e-9 * trace));
-        let turn = if trace > 0.0 { inertia.inverse() * spin } else { DVec3::ZERO };
+        let turn = if trace > 0.0 {
+            inertia.inverse() * spin
+        } else {
+            DVec3::ZERO
+        };
         Self { about, shift, turn }
     }
 
