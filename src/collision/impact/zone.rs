@@ -8,7 +8,7 @@
 //! Sources: Provot 1997; Bridson, Fedkiw and Anderson 2002 (rigid impact zones).
 
 use super::element::Element;
-use super::search::Ground;
+use super::ground::Ground;
 use super::slowing::Slowed;
 use super::touch::{Touch, Vertices};
 use glam::{DMat3, DVec3};
