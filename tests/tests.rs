@@ -16,6 +16,7 @@ mod detection;
 mod error;
 mod extremes;
 mod gallery;
+mod impacts;
 mod incline;
 mod lab;
 mod laws;

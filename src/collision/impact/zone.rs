@@ -7,6 +7,8 @@
 //!
 //! Sources: Provot 1997; Bridson, Fedkiw and Anderson 2002 (rigid impact zones).
 
+use super::element::Element;
+use super::ground::Ground;
 use super::slowing::Slowed;
 use super::touch::{Touch, Vertices};
 use glam::{DMat3, DVec3};
@@ -42,15 +44,11 @@ impl Zones {
         (0..self.members.len()).filter(first).count()
     }
 
-    /// Whether there is none.
-    pub(super) fn is_empty(&self) -> bool {
-        self.members.is_empty()
-    }
-
     /// Dissolves all zones.
-    pub(super) fn clear(&mut self) {
+    pub(super) fn clear(&mut self, ground: &mut Ground) {
         for (_, vertex) in self.members.drain(..) {
             self.parent[vertex as usize] = vertex;
+            ground.zone[vertex as usize] = None;
         }
     }
 
@@ -64,16 +62,21 @@ impl Zones {
         at
     }
 
-    /// Joins the vertices of each touch.
-    pub(super) fn join(&mut self, touches: &[Touch]) {
+    /// Joins the vertices of each touch; with `elements`, also those of elements that share one with a touch.
+    pub(super) fn join(&mut self, touches: &[Touch], elements: &[Element]) {
         for touch in touches {
-            let mut zone = self.first(touch.vertices[0]);
-            for vertex in touch.vertices {
-                let other = self.first(vertex);
-                let (low, high) = (zone.min(other), zone.max(other));
-                self.parent[high as usize] = low;
-                zone = low;
-                self.members.push((0, vertex));
+            self.join_all(&touch.vertices);
+        }
+        if !elements.is_empty() {
+            let mut met: Vec<u32> = touches.iter().flat_map(|touch| touch.vertices).collect();
+            met.sort_unstable();
+            for Element { corners, .. } in elements {
+                if corners
+                    .iter()
+                    .any(|corner| met.binary_search(corner).is_ok())
+                {
+                    self.join_all(corners);
+                }
             }
         }
         for k in 0..self.members.len() {
@@ -83,18 +86,35 @@ impl Zones {
         self.members.dedup();
     }
 
+    fn join_all(&mut self, vertices: &[u32]) {
+        let mut zone = self.first(vertices[0]);
+        for &vertex in vertices {
+            let other = self.first(vertex);
+            let (low, high) = (zone.min(other), zone.max(other));
+            self.parent[high as usize] = low;
+            zone = low;
+            self.members.push((0, vertex));
+        }
+    }
+
     fn zones(&self) -> impl Iterator<Item = &[(u32, u32)]> {
         self.members.chunk_by(|one, next| one.0 == next.0)
     }
 
     /// Makes the ways of each zone's free vertices those of one rigid body.
-    pub(super) fn displace(&self, vertices: &mut Vertices) {
+    pub(super) fn displace(&self, ground: &mut Ground) {
+        let Ground {
+            vertices,
+            zone: zones,
+            ..
+        } = ground;
         for zone in self.zones() {
             let Vertices { start, end, .. } = &*vertices;
             let way = |i: usize| (start[i], end[i] - start[i]);
             let rigid = Rigid::of(zone, &vertices.inverse_mass, way);
             for i in free(zone, &vertices.inverse_mass) {
                 vertices.end[i] = rigid.moved(vertices.start[i]);
+                zones[i] = Some(zone[0].0);
             }
         }
     }

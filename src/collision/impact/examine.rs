@@ -1,0 +1,207 @@
+//! What two features come to in a step: nothing, a touch to be held, or a meeting.
+
+use super::ground::{Ground, Plane, Rules};
+use super::solid::LAYER_FLOOR;
+use super::touch::{Touch, Vertices};
+use super::{Closest, Features, meeting};
+use glam::DVec3;
+
+/// The gap of a pair at the step's start may shrink to this share of it, where it is smaller than the
+/// floor.
+const KEPT: f64 = 0.6;
+
+/// Width of the band in which detection stops, as a share of the separation.
+const BAND: f64 = 0.25;
+
+/// Gap after an impact, in floors: outside of the band of detection.
+pub(super) const CLEAR: f64 = 1.5;
+
+/// Share of all floors that is left where there is no room for more, as between two bodies that close.
+pub(super) const TIGHT: f64 = 0.1;
+
+/// Share of a missing gap that a step brings back: a floor of 0.3 mm in 10 steps to 6 %.
+const SHARE: f64 = 0.25;
+
+/// Share of what lacks to the thickness by which layers are moved apart in a step (Bridson, Fedkiw and
+/// Anderson 2002).
+const REPULSION: f64 = 0.1;
+
+impl Ground {
+    /// Gap of two features at the step's start (m), and what they come to.
+    pub(super) fn examine(
+        &self,
+        features: Features,
+        vertices: [u32; 4],
+        rules: &Rules,
+        first: bool,
+    ) -> (f64, Option<Touch>) {
+        let zone = vertices.map(|i| self.zone[i as usize]);
+        if zone[0].is_some() && zone.iter().all(|other| *other == zone[0]) {
+            return (f64::MAX, None); // an affine map keeps apart what is apart, however close
+        }
+        let start = vertices.map(|i| self.vertices.start[i as usize]);
+        let end = vertices.map(|i| self.vertices.end[i as usize]);
+        let way = relative_way(features, &start, &end);
+        let apart = boxes_apart(features, &start) - rules.radius;
+        if apart > self.reach(rules) + way {
+            return (apart, None);
+        }
+        let closest = features.closest(start);
+        let distance = closest.between.length();
+        let gap = distance - rules.radius;
+        // What starts inside a ball at least comes no closer to its centre.
+        let (base, room) = if gap > 0.0 {
+            (rules.radius, gap)
+        } else {
+            (0.0, distance)
+        };
+        let least = TIGHT * rules.floor.min(KEPT * room);
+        let separation = if self.tight { least } else { least / TIGHT };
+        let band = BAND * separation;
+        let full = rules.radius + rules.free();
+        let touch = |weights, normal, target| Touch {
+            vertices,
+            weights,
+            normal,
+            target,
+            tight: base + CLEAR * least,
+            friction: rules.friction,
+            ..Touch::default()
+        };
+        let far = distance > base + separation + band + way;
+        let met = if far {
+            None
+        } else {
+            meeting(features, start, end, base + separation, band)
+        };
+        let Some(met) = met else {
+            let pushed = first
+                .then(|| self.pushed(features, vertices, &closest, rules))
+                .flatten();
+            let along = closest.between / distance;
+            return (
+                gap,
+                pushed.map(|target| touch(closest.weights, along, target)),
+            );
+        };
+        let full = self.rest_distance(features, vertices, full);
+        let target = if distance < full {
+            distance + SHARE * (full - distance)
+        } else {
+            full
+        };
+        let target = if self.tight {
+            base + CLEAR * least
+        } else {
+            target
+        };
+        (gap, Some(touch(met.weights, met.normal, target)))
+    }
+
+    /// Gap from which on features need nothing (m).
+    fn reach(&self, rules: &Rules) -> f64 {
+        let thickness = self.layers.as_ref().map_or(0.0, |layers| layers.thickness);
+        rules.free().max(thickness)
+    }
+
+    /// The gap (m) that two features which don't meet should end the step with, if that is more than they will have
+    /// and they are closer than they should be.
+    fn pushed(
+        &self,
+        features: Features,
+        vertices: [u32; 4],
+        closest: &Closest,
+        rules: &Rules,
+    ) -> Option<f64> {
+        let distance = closest.between.length();
+        let (full, share) = match &self.layers {
+            Some(layers) if (vertices[0].max(vertices[3]) as usize) < layers.rest.len() => {
+                (layers.thickness, REPULSION)
+            }
+            _ => (rules.radius + rules.free(), SHARE),
+        };
+        if distance >= full || distance == 0.0 {
+            return None;
+        }
+        let full = self.rest_distance(features, vertices, full);
+        let target = distance + share * (full - distance);
+        let normal = closest.between / distance;
+        let ends = (0..4).map(|k| self.vertices.end[vertices[k] as usize] * closest.weights[k]);
+        let gap = normal.dot(ends.sum());
+        (distance < full && gap < target).then_some(target)
+    }
+
+    /// A distance, or that of two features of one cloth at rest if that is less (m).
+    fn rest_distance(&self, features: Features, vertices: [u32; 4], distance: f64) -> f64 {
+        let Some(layers) = &self.layers else {
+            return distance;
+        };
+        let cloth = |i: u32| layers.cloth.get(i as usize);
+        let own = cloth(vertices[0]);
+        if own.is_none() || vertices.iter().any(|&i| cloth(i) != own) {
+            return distance;
+        }
+        let rest = vertices.map(|i| layers.rest[i as usize]);
+        let apart = features.closest(rest).between.length();
+        distance.min(apart * (1.0 - LAYER_FLOOR))
+    }
+
+    /// Looks for particles that end a step below a plane: what is above at both ends always was.
+    pub(super) fn against_planes(&self, particles: usize, first: bool, touches: &mut Vec<Touch>) {
+        let Vertices { start, end, .. } = &self.vertices;
+        for Plane { solid, vertex, normal } in &self.planes {
+            let (k, rules) = (*vertex as usize, &self.rules[*solid]);
+            for i in 0..particles {
+                let began = normal.dot(start[i] - start[k]);
+                let ends = normal.dot(end[i] - end[k]);
+                let free = rules.free();
+                let floor = if began > 0.0 {
+                    rules.floor.min(KEPT * began)
+                } else {
+                    began
+                };
+                let tight = if began > 0.0 { TIGHT * floor } else { floor };
+                let least = if self.tight { tight } else { floor } * (1.0 + BAND);
+                let held = if began < free {
+                    began + SHARE * (free - began)
+                } else {
+                    free
+                };
+                let target = if self.tight { CLEAR * tight } else { held };
+                if ends >= if first && began < free { target } else { least } {
+                    continue;
+                }
+                #[expect(clippy::cast_possible_truncation, reason = "particles have 32 bits")]
+                touches.push(Touch {
+                    vertices: [i as u32, *vertex, *vertex, *vertex],
+                    weights: [1.0, -1.0, 0.0, 0.0],
+                    normal: *normal,
+                    target,
+                    tight: CLEAR * tight,
+                    friction: rules.friction,
+                    ..Touch::default()
+                });
+            }
+        }
+    }
+}
+
+/// How much closer two features may come in a step at most (m).
+fn relative_way(features: Features, start: &[DVec3; 4], end: &[DVec3; 4]) -> f64 {
+    let common = end[3] - start[3];
+    let way = |k: usize| (end[k] - start[k] - common).length_squared();
+    let longest = |range: std::ops::Range<usize>| range.map(way).fold(0.0, f64::max).sqrt();
+    let split = features.split();
+    longest(0..split) + longest(split..4)
+}
+
+
+/// Distance of the features' boxes (m).
+fn boxes_apart(features: Features, x: &[DVec3; 4]) -> f64 {
+    let [a, b, c, d] = *x;
+    let ((low, high), (other_low, other_high)) = match features {
+        Features::VertexFace => ((a, a), (b.min(c).min(d), b.max(c).max(d))),
+        Features::EdgeEdge => ((a.min(b), a.max(b)), (c.min(d), c.max(d))),
+    };
+    (low - other_high).max(other_low - high).max(DVec3::ZERO).length()
+}

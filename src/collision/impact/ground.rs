@@ -1,0 +1,180 @@
+//! Everything that can meet: vertices, elements, their boxes and the rules between them.
+
+use super::element::{Element, elements};
+use super::examine::CLEAR;
+use super::solid::{LAYER_FLOOR, Layers, Shape, Solid};
+use super::stage::Fabric;
+use super::touch::Vertices;
+use crate::mesh::{Aabb, Bvh};
+use glam::DVec3;
+
+/// What the search needs of a solid.
+#[derive(Clone, Debug)]
+pub(super) struct Rules {
+    /// Coulomb's friction coefficient μ.
+    pub(super) friction: f64,
+    /// Distance that is always kept (m).
+    pub(super) floor: f64,
+    /// Distance of the surface from the features (m).
+    pub(super) radius: f64,
+}
+
+/// A plane that is a solid's surface.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Plane {
+    /// The solid's number in the rules.
+    pub(super) solid: usize,
+    /// Its vertex.
+    pub(super) vertex: u32,
+    /// Unit normal.
+    pub(super) normal: DVec3,
+}
+
+/// Everything that can meet.
+#[derive(Clone, Debug)]
+pub(super) struct Ground {
+    pub(super) vertices: Vertices,
+    /// Elements of all cloths.
+    pub(super) cloth: Vec<Element>,
+    /// Their boxes over the step; empty without layers.
+    pub(super) cloth_tree: Bvh,
+    /// Elements of all solids but planes; their numbers in `rules` begin at 1.
+    pub(super) solid: Vec<Element>,
+    /// Their boxes over the step.
+    pub(super) solid_tree: Bvh,
+    pub(super) planes: Vec<Plane>,
+    /// Of layers first, then of each solid.
+    pub(super) rules: Vec<Rules>,
+    pub(super) layers: Option<Layers>,
+    /// Whether a vertex's way isn't the one that was last searched.
+    pub(super) stale: Vec<bool>,
+    /// The rigid zone of each vertex that moves with one.
+    pub(super) zone: Vec<Option<u32>>,
+    /// Whether floors are small because there is no room for more.
+    pub(super) tight: bool,
+}
+
+impl Rules {
+    /// Gap from which on nothing has to be done (m).
+    pub(super) fn free(&self) -> f64 {
+        CLEAR * self.floor
+    }
+}
+
+impl Ground {
+    /// The ground, and the first vertex of each solid.
+    #[expect(clippy::cast_possible_truncation, reason = "meshes have fewer than 2³² vertices")]
+    pub(super) fn new(fabric: Fabric<'_>, solids: &[Solid], layers: Option<Layers>) -> (Self, Vec<usize>) {
+        let particles = fabric.particles;
+        let (thickness, friction) = layers.as_ref().map_or((0.0, 0.0), |own| (own.thickness, own.friction));
+        let mut rules = vec![Rules {
+            friction,
+            floor: LAYER_FLOOR * thickness,
+            radius: 0.0,
+        }];
+        let (mut firsts, mut planes, mut solid) = (Vec::new(), Vec::new(), Vec::new());
+        let mut count = particles;
+        for (k, one) in (1..).zip(solids) {
+            let (first, vertices) = (count as u32, one.shape.vertices() as u32);
+            let triangles = match &one.shape {
+                Shape::Mesh { triangles, .. } => &triangles[..],
+                Shape::Sphere { .. } | Shape::Plane { .. } => &[],
+            };
+            if let Shape::Plane { normal } = one.shape {
+                planes.push(Plane {
+                    solid: k as usize,
+                    vertex: first,
+                    normal,
+                });
+            } else {
+                solid.extend(elements(first, vertices, triangles, &[], k));
+            }
+            rules.push(Rules {
+                friction: one.friction,
+                floor: one.floor,
+                radius: one.shape.radius(),
+            });
+            firsts.push(count);
+            count += one.shape.vertices();
+        }
+        let ground = Self {
+            vertices: Vertices {
+                start: vec![DVec3::ZERO; count],
+                end: vec![DVec3::ZERO; count],
+                velocity: vec![DVec3::ZERO; count],
+                inverse_mass: vec![0.0; count],
+            },
+            cloth: elements(0, particles as u32, fabric.triangles, fabric.edges, 0),
+            cloth_tree: Bvh::new(&[]),
+            solid,
+            solid_tree: Bvh::new(&[]),
+            planes,
+            rules,
+            layers,
+            stale: vec![true; count],
+            zone: vec![None; count],
+            tight: false,
+        };
+        (ground, firsts)
+    }
+
+    /// Brings the boxes of the solids up to date.
+    pub(super) fn fit_solids(&mut self) {
+        let Self {
+            vertices,
+            solid,
+            solid_tree,
+            rules,
+            ..
+        } = self;
+        fit(solid_tree, solid.len(), |item| {
+            let element = &solid[item as usize];
+            swept(vertices, element).grown(rules[element.solid as usize].radius)
+        });
+    }
+
+    /// Brings the boxes of the cloths up to date, where they are layers.
+    pub(super) fn fit_cloth(&mut self) {
+        if self.layers.is_none() {
+            return;
+        }
+        let mut tree = std::mem::replace(&mut self.cloth_tree, Bvh::new(&[]));
+        fit(&mut tree, self.cloth.len(), |item| self.layer_box(&self.cloth[item as usize]));
+        self.cloth_tree = tree;
+    }
+
+    /// Box of an element of cloth: two overlap when the elements may come closer than their thickness.
+    pub(super) fn layer_box(&self, element: &Element) -> Aabb {
+        let thickness = self.layers.as_ref().map_or(0.0, |layers| layers.thickness);
+        swept(&self.vertices, element).grown(0.5 * thickness)
+    }
+
+    /// Longest way of an element's vertices (m).
+    pub(super) fn way(&self, element: &Element) -> f64 {
+        let Vertices { start, end, .. } = &self.vertices;
+        let way = |i: u32| (end[i as usize] - start[i as usize]).length();
+        element.corners.map(way).into_iter().fold(0.0, f64::max)
+    }
+
+    /// Whether the way of an element has changed since it was searched.
+    pub(super) fn is_stale(&self, element: &Element) -> bool {
+        element.corners.iter().any(|&i| self.stale[i as usize])
+    }
+}
+
+/// Box of an element's way (m).
+pub(super) fn swept(vertices: &Vertices, element: &Element) -> Aabb {
+    let Vertices { start, end, .. } = vertices;
+    let corners = element.corners.map(|i| i as usize);
+    Aabb::around(corners.into_iter().flat_map(|i| [start[i], end[i]]))
+}
+
+/// Gives a tree new boxes; the first ones decide its shape.
+fn fit(tree: &mut Bvh, count: usize, bounds: impl Fn(u32) -> Aabb + Sync) {
+    if tree.len() == count {
+        tree.refit_with(bounds);
+    } else {
+        let boxes: Vec<Aabb> = (0..).take(count).map(bounds).collect();
+        *tree = Bvh::new(&boxes);
+    }
+}
