@@ -12,7 +12,7 @@ const HARMONICS: usize = 3;
 const SAMPLES: u32 = 48;
 
 /// Phase from which the body falls onto the leg ahead, whose heel touches down at 0.5.
-const FALLING: f64 = 0.41;
+const FALLING: f64 = 0.43;
 
 /// A knee bends at least so far (rad): 8°. At 3° it went through its straightest with 400 m/s².
 const LEAST_FLEXION: f64 = 0.14;

@@ -88,7 +88,7 @@ fn velocity_is_the_derivative_of_position() {
     }
 }
 
-/// No jump of the velocity: it changes by less than 300 m/s² from just before to just after each hundredth of a
+/// No jump of the velocity: it changes by less than 1 cm/s from just before to just after each hundredth of a
 /// stride, among them every contact, toe-off and place of the tables.
 #[test]
 fn goes_smoothly() {
@@ -102,10 +102,7 @@ fn goes_smoothly() {
             walk.velocities(time + apart, &mut now);
             for v in (0..now.len()).step_by(61) {
                 let jump = (now[v] - before[v]).length();
-                assert!(
-                    jump < 300.0 * 2.0 * apart,
-                    "{jump} m/s at {k} %, {speed} m/s"
-                );
+                assert!(jump < 0.01, "{jump} m/s at {k} %, {speed} m/s");
             }
         }
     }
@@ -190,10 +187,10 @@ fn walks_on_the_spot() {
     spot.velocities(after(&spot, 4.2 - FIRST[0]), &mut velocity);
     for (v, _) in soles().into_iter().filter(|(_, side)| *side == 0) {
         let off = (velocity[v] + 1.2 * DVec3::Z).length();
-        let most = if MESH.positions[v].z > 0.03 {
+        let most = if MESH.positions[v].z > 0.1 {
             1e-7
         } else {
-            5e-3
+            0.02
         };
         assert!(off < most, "{off} m/s at {}", MESH.positions[v]);
     }
@@ -263,15 +260,16 @@ fn joints_go_as_measured() {
             assert!(off.abs() < 6.0, "joint {joint}: {found:?}");
         }
     }
-    // While the foot stands; swinging, the knee lags behind by a twentieth of a stride.
+    // While the foot stands. The knee is bent some 6° more than published, for feet that don't slide; swinging, it
+    // lags behind by a twentieth of a stride.
     let standing = || all.iter().filter(|(phase, _)| (0.05..0.55).contains(phase));
-    for (joint, curve) in [gait::THIGH, gait::KNEE].iter().enumerate() {
+    for (joint, curve, most) in [(0, gait::THIGH, 3.0), (1, gait::KNEE, 9.0)] {
         let squares = standing().map(|(phase, angles)| {
             let off = angles[joint] - curve.at(*phase).to_degrees();
             off * off
         });
         let off = (squares.sum::<f64>() / standing().count() as f64).sqrt();
-        assert!(off < 7.0, "joint {joint} is {off}° off");
+        assert!(off < most, "joint {joint} is {off}° off");
     }
 }
 
