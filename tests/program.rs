@@ -842,18 +842,25 @@ fn unsolved_steps_are_warned_of_with_their_own_key() {
     );
 }
 
-/// The mannequin in the repository is the one that the program makes.
+/// The mannequin and its poncho in the repository are those that the program makes.
 #[test]
 fn the_mannequin_is_written_again_byte_for_byte() {
     let folder = folder("mannequin");
-    let said = muslin_succeeds(&folder, "mannequin out.obj").out;
-    assert!(said.contains("out.obj: "), "{said}");
-    let kept = Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes/mannequin.obj");
-    let made = read(&folder, "out.obj");
-    let kept = fs::read_to_string(kept).unwrap();
-    let lines = made.lines().zip(kept.lines()).enumerate();
-    let first = lines.into_iter().find(|(_, (made, kept))| made != kept);
-    assert!(made == kept, "first different line (from 0): {first:?}");
+    for (options, file) in [("", "mannequin.obj"), ("--poncho ", "poncho.obj")] {
+        let said = muslin_succeeds(&folder, &format!("mannequin {options}out.obj")).out;
+        assert!(said.contains("out.obj: "), "{said}");
+        let kept = Path::new(env!("CARGO_MANIFEST_DIR"))
+            .join("meshes")
+            .join(file);
+        let made = read(&folder, "out.obj");
+        let kept = fs::read_to_string(kept).unwrap();
+        let lines = made.lines().zip(kept.lines()).enumerate();
+        let first = lines.into_iter().find(|(_, (made, kept))| made != kept);
+        assert!(
+            made == kept,
+            "{file}, first different line (from 0): {first:?}"
+        );
+    }
 }
 
 /// A program without Rerun says so when it is asked to record.

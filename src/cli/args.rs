@@ -42,6 +42,9 @@ pub(super) enum Command {
     Mannequin {
         /// The OBJ file to write.
         out: PathBuf,
+        /// Write its poncho instead.
+        #[arg(long)]
+        poncho: bool,
     },
 }
 

@@ -58,7 +58,7 @@ pub fn main() -> ExitCode {
         Command::Export(args) => export::run(&args),
         Command::Lab(args) => lab::run(&args),
         Command::Study(args) => study::run(&args),
-        Command::Mannequin { out } => mannequin::run(&out),
+        Command::Mannequin { out, poncho } => mannequin::run(&out, poncho),
     };
     let (error, code) = match done {
         Ok(()) => return ExitCode::SUCCESS,

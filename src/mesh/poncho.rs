@@ -136,7 +136,7 @@ fn strip(mesh: &mut TriMesh, above: &[usize], below: &[usize]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::{Surface, edge_uses, mannequin, read_obj};
+    use crate::mesh::{Surface, edge_uses, mannequin};
 
     #[test]
     fn hangs_free_of_the_standing_mannequin() {
@@ -151,18 +151,12 @@ mod tests {
                 }
             }
         }
-        println!("gap {least:?}");
         assert!(least.0 > 0.006, "{least:?}");
     }
 
     #[test]
     fn triangles_are_well_shaped_and_face_outwards() {
         let mesh = poncho();
-        println!(
-            "{} triangles {} vertices",
-            mesh.triangles.len(),
-            mesh.positions.len()
-        );
         assert!((4000..6000).contains(&mesh.triangles.len()));
         let mut least = f64::INFINITY;
         for &t in &mesh.triangles {
@@ -175,7 +169,21 @@ mod tests {
             let normal = (p[1] - p[0]).cross(p[2] - p[0]);
             assert!(normal.dot(outwards) > 0.0);
         }
-        println!("least angle {least}");
         assert!(least > 30.0, "{least}°");
+    }
+
+    /// One piece with two borders: V − E + F = 0, every edge used at most once each way.
+    #[test]
+    fn is_open_at_neck_and_hem_and_whole_between() {
+        let mesh = poncho();
+        let uses = edge_uses(&mesh.triangles);
+        assert!(uses.values().all(|[there, back]| *there <= 1 && *back <= 1));
+        assert_eq!(mesh.positions.len() + mesh.triangles.len(), uses.len());
+        let open = uses.iter().filter(|(_, [there, back])| there != back);
+        for ([a, b], _) in open {
+            let heights = [a, b].map(|v| mesh.positions[*v as usize].y);
+            let both = |at: f64| heights.iter().all(|y| (y - at).abs() < 1e-12);
+            assert!(both(1.512) || both(0.66), "an open edge at {heights:?} m");
+        }
     }
 }

@@ -23,11 +23,11 @@ const CLEARANCE: f64 = 0.0129;
 const FLAT: f64 = 0.2;
 
 /// Shares of a swing in which it is led over from the ground and back to it.
-const LEAVING: f64 = 0.3;
+const LEAVING: f64 = 0.25;
 const COMING: f64 = 0.2;
 
 /// Acceleration of the foot there, in strides a square of the stride's time.
-const SPEEDING: f64 = 10.0;
+const SPEEDING: f64 = 20.0;
 const BRAKING: f64 = 25.0;
 
 /// How a knee's flexion grows with the length of the stride, from this share at none.

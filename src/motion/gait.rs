@@ -19,7 +19,7 @@ pub(super) const MEASURED_STRIDE: f64 = 1.41;
 pub(super) const TOE_OFF: f64 = 0.60;
 
 /// Phase at which the hip passes over the ankle: the ankle touches down a quarter of a stride ahead.
-pub(super) const OVER: f64 = 0.24;
+pub(super) const OVER: f64 = 0.23;
 
 /// A walk along +z.
 #[derive(Clone, Copy, Debug, PartialEq)]

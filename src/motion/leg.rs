@@ -20,14 +20,15 @@ pub(super) struct Bent {
     pub(super) flexion: f64,
 }
 
-/// A knee is never straighter (rad): there the angle's rate would be infinite.
+/// A knee is never straighter (rad): there the angle's rate would be infinite. No walk comes to it.
 const STRAIGHTEST: f64 = 0.02;
 
 impl Leg {
     /// The knee's turn κ from standing, and its flexion, at which the ankle is `reach` (m) from the hip.
     ///
-    /// With the knee's hinge along x: |u + Rx(κ) w|² = u² + w² + 2 (uₓwₓ + r cos(κ − κ₀)), u thigh, w shank,
-    /// r e^{iκ₀} = (u_y + i u_z)* (w_y + i w_z) conjugated; κ − κ₀ is the flexion.
+    /// With u thigh, w shank, and the knee's hinge along x: |u + Rx(κ) w|² = u² + w² + 2 (uₓ wₓ + r cos(κ − κ₀)),
+    /// where r is the product of the lengths of u and w across x and κ₀ the turn at which these are in line;
+    /// κ − κ₀ is the flexion.
     fn knee(&self, reach: f64) -> [f64; 2] {
         let (u, w) = (self.thigh, self.shank);
         let (straight, r) = self.hinge();
@@ -37,7 +38,7 @@ impl Leg {
         [straight + flexion, flexion]
     }
 
-    /// The knee's turn when straight, and |u_yz| |w_yz|.
+    /// The knee's turn κ₀ when straight, and r.
     fn hinge(&self) -> (f64, f64) {
         let (u, w) = (self.thigh, self.shank);
         let (a, b) = (u.y * w.y + u.z * w.z, u.z * w.y - u.y * w.z);

@@ -4,18 +4,20 @@
 //! carries bends as published, and the legs follow by inverse kinematics. It starts from standing: the body
 //! gathers speed over one stride, each print lying where the hip will pass over it.
 
-use super::foot::{Foot, Placed, Step, flexion};
+mod hips;
+mod trunk;
+
+use super::foot::{Foot, Placed, Step};
 pub use super::gait::Gait;
-use super::gait::{MEASURED_STRIDE, OVER, TOE_OFF, smoothstep};
+use super::gait::{MEASURED_STRIDE, OVER, smoothstep};
 use super::leg::{Bent, Leg};
 use crate::linear::Chunks;
 use crate::mesh::mannequin::skeleton::{
-    self, ABDOMEN, CHEST, Change, FOOT, FOREARM, HAND, HEAD, LINKS, LUMBAR, NECK, PELVIS, Pose,
-    SHANK, THIGH, TOES, UPPER_ARM,
+    self, Change, FOOT, LINKS, PELVIS, Pose, SHANK, THIGH, TOES,
 };
 use crate::mesh::mannequin::skin::Skin;
 use glam::{DQuat, DVec3};
-use std::f64::consts::TAU;
+use hips::Hips;
 
 /// Phase of each leg when the walk starts, left first: the left foot is about to lift its heel, the right one
 /// to carry.
@@ -27,25 +29,6 @@ const WAKING: f64 = 0.7;
 /// How much nearer the middle the feet walk than they stand (m): steps 15 cm wide.
 const NARROWER: f64 = 0.033;
 
-/// Harmonics of the hips' height over a step.
-const HARMONICS: usize = 3;
-
-/// Times at which it is fitted.
-const SAMPLES: u32 = 48;
-
-/// Phase from which the body falls onto the leg ahead, whose heel touches down at 0.5.
-const FALLING: f64 = 0.41;
-
-/// A knee bends at least so far (rad): 8°. At 3° it went through its straightest with 400 m/s².
-const LEAST_FLEXION: f64 = 0.14;
-
-/// Times at which legs are seen to reach their feet, and how often they are.
-const REACH_SAMPLES: u32 = 250;
-const ROUNDS: u32 = 5;
-
-/// Strides within which the walk begins.
-const FIRST_STRIDES: f64 = 2.5;
-
 /// A mannequin that walks along +z.
 #[derive(Clone, Debug)]
 pub struct Walk {
@@ -54,10 +37,7 @@ pub struct Walk {
     /// The standing mannequin's vertices (m).
     positions: Vec<DVec3>,
     rest: [DVec3; LINKS],
-    /// Height of the hips less that when standing (m): mean, then cosine and sine of each harmonic.
-    height: [f64; 1 + 2 * HARMONICS],
-    /// How much lower the hips go while the walk begins (m).
-    crouch: f64,
+    hips: Hips,
 }
 
 /// Where a walk is at one time.
@@ -84,11 +64,9 @@ impl Walk {
             skin: Skin::new(positions)?,
             positions: positions.to_vec(),
             rest: skeleton::rest(),
-            height: [0.0; 1 + 2 * HARMONICS],
-            crouch: 0.0,
+            hips: Hips::default(),
         };
-        walk.height = walk.settled_height();
-        walk.crouch();
+        walk.settle_hips();
         Ok(walk)
     }
 
@@ -174,8 +152,7 @@ impl Walk {
     /// Hips, trunk and arms, the hips at their height.
     fn upper(&self, moment: &Moment) -> Pose {
         let mut pose = self.trunk(moment);
-        let walking = height(&self.height, moment.strides[0]);
-        pose.shift.y = walking * moment.awake - self.crouch * beginning(moment);
+        pose.shift.y = self.hips.height(moment);
         pose
     }
 
@@ -229,133 +206,10 @@ impl Walk {
         DVec3::new(inwards, 0.0, self.gone(number + OVER - FIRST[side]))
     }
 
-    /// The height's waves: at which the knee of the leg that carries bends as published, less what keeps every
-    /// leg on the ground from being too short.
-    fn settled_height(&self) -> [f64; 1 + 2 * HARMONICS] {
-        let samples = || (0..SAMPLES).map(|k| 0.5 * f64::from(k) / f64::from(SAMPLES));
-        let walking = |phase: f64| self.moment((10.0 + phase - FIRST[0]) / self.gait.rate());
-        let mut waves = [0.0; 1 + 2 * HARMONICS];
-        for phase in samples() {
-            let moment = walking(phase);
-            let bent = |moment: &Moment, side| {
-                let flexion = flexion(moment.strides[side], self.share());
-                self.height_over(moment, side, flexion)
-            };
-            let (carrying, next) = (bent(&moment, 0), bent(&walking(0.5), 1));
-            let fallen = smoothstep((phase - FALLING) / (0.5 - FALLING));
-            let height = carrying + (next - carrying) * fallen;
-            waves[0] += height / f64::from(SAMPLES);
-            for k in 1..=HARMONICS {
-                let (sin, cos) = (2.0 * TAU * k as f64 * phase).sin_cos();
-                waves[2 * k - 1] += 2.0 * height * cos / f64::from(SAMPLES);
-                waves[2 * k] += 2.0 * height * sin / f64::from(SAMPLES);
-            }
-        }
-        waves
-    }
-
-    /// Lowers the hips until every leg reaches its foot: all along, and more while the walk begins, when prints
-    /// are wider and the hips not yet in their rhythm.
-    ///
-    /// Lower hips change where a foot swings, which is why it's done several times.
-    fn crouch(&mut self) {
-        let samples = |from: f64, to: f64| {
-            (0..REACH_SAMPLES)
-                .map(move |k| from + (to - from) * f64::from(k) / f64::from(REACH_SAMPLES))
-        };
-        let moments = |walk: &Self, strides: f64| walk.moment(strides / walk.gait.rate());
-        for _ in 0..ROUNDS {
-            let short = samples(10.0, 10.5).map(|s| self.shortfall(&moments(self, s)));
-            self.height[0] -= short.fold(0.0, f64::max);
-        }
-        for _ in 0..ROUNDS {
-            let short = samples(0.02, FIRST_STRIDES).map(|s| {
-                let moment = moments(self, s);
-                self.shortfall(&moment) / beginning(&moment).max(0.01)
-            });
-            self.crouch += short.fold(0.0, f64::max);
-        }
-    }
-
-    /// How much lower (m) the hips would have to be for both legs to reach their feet with a knee bent at least by
-    /// [`LEAST_FLEXION`], or half as much when standing, where it is 4.8°.
-    fn shortfall(&self, moment: &Moment) -> f64 {
-        let pose = self.upper(moment);
-        let short = |side: usize| {
-            let leg = self.limb(side);
-            let to = self.placed(&pose, moment, side).ankle - self.hip(&pose, side);
-            let reach = leg.reach(LEAST_FLEXION * (0.5 + 0.5 * moment.awake));
-            -to.y - (reach * reach - to.x * to.x - to.z * to.z).max(0.0).sqrt()
-        };
-        short(0).max(short(1))
-    }
-
     /// Share of the measured stride that this walk's are.
     fn share(&self) -> f64 {
         self.gait.stride() / MEASURED_STRIDE
     }
-
-    /// The height of the hips (m) less that when standing at which the knee of a leg on the ground bends so far
-    /// (rad).
-    fn height_over(&self, moment: &Moment, side: usize, flexion: f64) -> f64 {
-        let pose = self.trunk(moment);
-        let (hip, leg) = (self.hip(&pose, side), self.limb(side));
-        let ankle = self.placed(&pose, moment, side).ankle;
-        let reach = leg.reach(flexion);
-        let [dx, dz] = [ankle.x - hip.x, ankle.z - hip.z];
-        ankle.y + (reach * reach - dx * dx - dz * dz).max(0.0).sqrt() - hip.y
-    }
-
-    /// Hips, trunk and arms; the legs still stand, and the hips are as high as when standing.
-    fn trunk(&self, moment: &Moment) -> Pose {
-        let wave = |peak: f64| (TAU * (moment.strides[0] - peak)).cos();
-        let much = moment.awake * self.share();
-        let degrees = |angle: f64| (much * angle).to_radians();
-        let (yaw, list) = (DQuat::from_rotation_y, DQuat::from_rotation_z);
-        let lean = DQuat::from_rotation_x;
-        // Hips: the side of the leg ahead goes ahead, the side that swings sinks.
-        let pelvis = yaw(degrees(-4.0 * wave(0.0))) * list(degrees(4.0 * wave(0.15)));
-        let chest =
-            yaw(degrees(4.0 * wave(0.0))) * list(degrees(-1.5 * wave(0.15))) * lean(degrees(3.0));
-        let mut turns = [DQuat::IDENTITY; LINKS];
-        turns[PELVIS] = pelvis;
-        turns[ABDOMEN] = pelvis.lerp(chest, 1.0 / 3.0);
-        turns[LUMBAR] = pelvis.lerp(chest, 2.0 / 3.0);
-        turns[CHEST] = chest;
-        turns[HEAD] = lean(degrees(1.0));
-        turns[NECK] = chest.lerp(turns[HEAD], 0.5);
-        for side in 0..2 {
-            let inwards = [-1.0, 1.0][side] * moment.awake * 9_f64.to_radians();
-            // The arm is ahead when the other leg is.
-            let ahead = wave(0.5 * (1.0 - side as f64));
-            let shoulder = degrees(-4.0 + 16.0 * ahead);
-            let elbow = degrees(20.0 + 9.0 * ahead);
-            let arm = chest * lean(-shoulder) * list(inwards);
-            turns[UPPER_ARM[side]] = arm;
-            turns[FOREARM[side]] = arm * lean(-elbow);
-            turns[HAND[side]] = arm * lean(-1.1 * elbow);
-        }
-        let sway = 0.02 * moment.awake * wave(0.3);
-        Pose {
-            turns,
-            shift: DVec3::new(sway, 0.0, moment.gone),
-        }
-    }
-}
-
-/// How much a walk is at its beginning: 0 at the start and from [`FIRST_STRIDES`] on, 1 between.
-fn beginning(moment: &Moment) -> f64 {
-    let strides = moment.strides[0] - FIRST[0];
-    smoothstep(strides / 0.4) * smoothstep((FIRST_STRIDES - strides) / 1.2)
-}
-
-/// Height of the hips (m) less that when standing, at a stride of the left leg, walking.
-fn height(waves: &[f64; 1 + 2 * HARMONICS], stride: f64) -> f64 {
-    let each = (1..=HARMONICS).map(|k| {
-        let (sin, cos) = (2.0 * TAU * k as f64 * stride).sin_cos();
-        waves[2 * k - 1] * cos + waves[2 * k] * sin
-    });
-    waves[0] + each.sum::<f64>()
 }
 
 #[cfg(test)]

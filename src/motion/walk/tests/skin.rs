@@ -86,7 +86,6 @@ fn limbs_keep_out_of_the_body() {
                 }
             }
         }
-        println!("{speed}: gap {least}");
         assert!(least > 0.01, "{least} m between limbs, {speed} m/s");
     }
 }
