@@ -11,6 +11,7 @@ mod ablate;
 mod architecture;
 mod bending;
 mod blackbox;
+mod contact;
 mod contract;
 mod detection;
 mod error;

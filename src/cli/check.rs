@@ -5,7 +5,7 @@ use super::args::SceneArgs;
 use super::run::{Prepared, prepare, threads};
 use crate::scene::LoadedScene;
 use crate::scene::model_list;
-use crate::simulation::Simulation;
+use crate::simulation::{Simulation, tunnelling};
 use crate::study::ablate::{fingerprint, parts, table, words};
 use std::path::Path;
 use std::time::Instant;
@@ -32,6 +32,9 @@ pub(super) fn run(args: &SceneArgs) -> Result<(), Failure> {
         .for_each(|line| println!("{line}"));
     let said = foresight.list(&simulation);
     said.iter().for_each(|line| println!("{line}"));
+    if let Some(line) = passes_through(&simulation, loaded.scene.duration) {
+        println!("{line}");
+    }
     if let Some(warning) = foresight.remedy(&simulation) {
         println!("{warning}");
         return Ok(());
@@ -51,6 +54,33 @@ pub(super) fn run(args: &SceneArgs) -> Result<(), Failure> {
         1000.0 * step
     );
     Ok(())
+}
+
+/// Whether steps are short enough for contact.
+fn passes_through(run: &Simulation, duration: f64) -> Option<String> {
+    let found = tunnelling(run, duration)?;
+    let seen = format!(
+        "contact: at most {:.3} m/s of cloth and {:.3} m/s of obstacles expected, {:.1} mm a step of {:e} s against a thickness of {:.1} mm",
+        found.cloth,
+        found.obstacle,
+        1000.0 * found.way,
+        run.dt(),
+        1000.0 * found.thickness
+    );
+    let verdict = if found.way <= found.thickness {
+        "; nothing can be passed through".to_owned()
+    } else if found.continuous {
+        format!(
+            "; continuous detection keeps all apart (without it --dt {:.1e} would be needed)",
+            found.needed_dt
+        )
+    } else {
+        format!(
+            ". WARNING: edges and corners can pass through; use ccd = true or --dt {:.1e}",
+            found.needed_dt
+        )
+    };
+    Some(seen + &verdict)
 }
 
 /// Which parts the scene needs: as `muslin study --ablate` measured it, if its table lies in its usual

@@ -238,7 +238,11 @@ mod tests {
         let surface = Surface::new(&mesh).unwrap();
         Obstacle {
             name: "plate".to_owned(),
-            shape: Solid::Mesh { mesh, surface },
+            shape: Solid::Mesh {
+                mesh,
+                surface,
+                grid: None,
+            },
             motion: None,
             friction: 0.0,
             thickness: 0.003,
@@ -281,7 +285,7 @@ mod tests {
     #[test]
     fn the_closest_of_two_obstacles_counts_and_a_lost_contact_loses_its_grip() {
         let mut far = plate();
-        if let Solid::Mesh { mesh, surface } = &mut far.shape {
+        if let Solid::Mesh { mesh, surface, .. } = &mut far.shape {
             mesh.positions.iter_mut().for_each(|p| p.y -= 0.001);
             *surface = Surface::new(mesh).unwrap();
         }

@@ -1,6 +1,6 @@
 //! What cloth collides with.
 
-use crate::mesh::{self, Nearest, Surface, TriMesh};
+use crate::mesh::{self, DistanceGrid, GridError, Nearest, Surface, TriMesh};
 use crate::motion::{Deformation, Motion};
 use glam::DVec3;
 use std::sync::Arc;
@@ -40,6 +40,8 @@ pub enum Solid {
         mesh: TriMesh,
         /// Distances to it.
         surface: Surface,
+        /// Distances to it on a grid, where those are asked for: particles then go by them.
+        grid: Option<Box<DistanceGrid>>,
     },
     /// Everything below a plane.
     Plane {
@@ -74,6 +76,13 @@ impl Solid {
     /// when there is none.
     pub fn nearest(&self, p: DVec3, reach: f64) -> Option<Nearest> {
         let (point, normal) = match self {
+            Self::Mesh {
+                grid: Some(grid), ..
+            } => {
+                let found = grid.nearest(p, reach)?;
+                let point = p - found.normal * found.distance;
+                return Some(Nearest::new(point, found.normal, found.distance));
+            }
             Self::Mesh { surface, .. } => return surface.nearest(p, reach),
             Self::Plane { point, normal } => (p - *normal * normal.dot(p - *point), *normal),
             Self::Sphere { center, radius } => {
@@ -91,6 +100,14 @@ impl Solid {
             Self::Mesh { mesh, .. } => mesh.clone(),
             Self::Plane { point, normal } => mesh::square(*point, *normal, DRAWN),
             Self::Sphere { center, radius } => mesh::ball(*center, *radius),
+        }
+    }
+
+    /// How far the distances of its grid are off, if it has one.
+    pub fn grid_error(&self) -> Option<GridError> {
+        match self {
+            Self::Mesh { grid, .. } => grid.as_ref().map(|grid| grid.error()),
+            Self::Plane { .. } | Self::Sphere { .. } => None,
         }
     }
 

@@ -5,11 +5,11 @@ use super::hold::rigid;
 use super::load::LoadedScene;
 use super::place::place;
 use super::read_mesh::ReadMesh;
-use super::schema::{self, ObjShape, ObstacleMotion, ObstacleShape};
+use super::schema::{self, DistanceName, ObjShape, ObstacleMotion, ObstacleShape};
 use super::sequence::read_sequence;
 use super::walk::PlacedWalk;
 use crate::collision::{BodyMotion, Obstacle, Solid};
-use crate::mesh::{self, Surface, TriMesh};
+use crate::mesh::{self, DistanceGrid, Surface, TriMesh};
 use glam::DVec3;
 use std::sync::Arc;
 
@@ -28,7 +28,14 @@ pub(super) fn read_obstacle(
     let shape = match &obstacle.shape {
         ObstacleShape::Obj(shape) => {
             let (mesh, surface) = read_body(loaded, i, obstacle, shape, notes)?;
-            Solid::Mesh { mesh, surface }
+            let grid = grid(obstacle, &surface).map_err(|cause| {
+                loaded.error(&Fault::new(format!("obstacle.{i}.distance"), cause))
+            })?;
+            Solid::Mesh {
+                mesh,
+                surface,
+                grid: grid.map(Box::new),
+            }
         }
         ObstacleShape::Plane(plane) => {
             let (origin, tip) = (placed([0.0; 3]), placed(plane.normal));
@@ -75,6 +82,16 @@ pub(super) fn read_obstacle(
     })
 }
 
+/// The distance grid that is asked for, wide enough for particles that are as close as contact is noticed.
+fn grid(obstacle: &schema::Obstacle, surface: &Surface) -> Result<Option<DistanceGrid>, String> {
+    let DistanceName::Grid(cell) = obstacle.distance else {
+        return Ok(None);
+    };
+    let band = (2.0 * cell).max(3.0 * obstacle.thickness);
+    let grid = DistanceGrid::new(surface, cell, band).map_err(|wrong| wrong.to_string())?;
+    Ok(Some(grid))
+}
+
 /// A closed mesh, turned outward and placed.
 fn read_body(
     loaded: &LoadedScene,
@@ -96,6 +113,9 @@ fn read_body(
         obstacle.translate,
     );
     notes.extend(read.note());
+    if let Some(wrong) = mesh::misscaled(&read.mesh) {
+        notes.push(format!("obstacle {}: {wrong}", obstacle.name));
+    }
     let surface =
         Surface::new(&read.mesh).ok_or_else(|| read.error("holds no triangles".to_owned()))?;
     Ok((read.mesh, surface))

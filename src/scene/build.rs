@@ -5,6 +5,7 @@ use super::fault::{Fault, SceneError};
 use super::load::LoadedScene;
 use super::parts::Parts;
 use super::read_mesh::ReadMesh;
+use super::room;
 use super::schema::{self, BlockShape, ChainShape, Shape, SheetShape};
 use super::spring_constant::capped_rigidity;
 use crate::mesh::{self, Lattice, Sheet};
@@ -56,6 +57,7 @@ pub fn build(loaded: &LoadedScene) -> Result<Built, SceneError> {
         .map(|(i, obstacle)| read_obstacle(loaded, i, obstacle, &mut notes))
         .collect::<Result<_, _>>()?;
     let (model, state) = parts.model(scene, obstacles);
+    room::check(scene, &model, &mut notes).map_err(|fault| loaded.error(&fault))?;
     Ok(Built {
         model,
         state,

@@ -1,6 +1,6 @@
 //! What a scene models, in words.
 
-use super::schema::{Pin, Scene};
+use super::schema::{ObstacleMotion, Pin, Scene};
 use crate::model::Model;
 use std::fmt::Write as _;
 
@@ -46,19 +46,39 @@ pub fn model_list(scene: &Scene, model: &Model) -> String {
         }
         None => part(&mut text, "strain limit", false),
     }
-    for obstacle in &model.obstacles {
+    contact(&mut text, scene, model);
+    let _ = writeln!(text, "- gravity {:?} m/s²", scene.gravity);
+    text
+}
+
+/// Obstacles, how they move and how distances from them are found; cloth with cloth.
+fn contact(text: &mut String, scene: &Scene, model: &Model) {
+    for (obstacle, asked) in model.obstacles.iter().zip(&scene.obstacle) {
+        let motion = match &asked.motion {
+            None => "at rest",
+            Some(ObstacleMotion::Keyframes(_)) => "moves by keyframes",
+            Some(ObstacleMotion::Walk(_)) => "walks",
+            Some(ObstacleMotion::Sequence(_)) => "moves by a sequence",
+        };
+        let ccd = if asked.ccd { "on" } else { "off" };
         let _ = writeln!(
             text,
-            "- obstacle {}: {} triangles, thickness {} m, friction {}",
+            "- obstacle {}: {} triangles, thickness {} m, friction {}, {motion}, continuous detection {ccd}",
             obstacle.name,
             obstacle.shape.triangles(),
             obstacle.thickness,
             obstacle.friction
         );
+        if let Some(error) = obstacle.shape.grid_error() {
+            let _ = writeln!(
+                text,
+                "  distances of particles on a grid, off by {:.1e} m at most and {:.1e} m in the mean (root of squares)",
+                error.largest, error.root_mean_square
+            );
+        }
     }
-    part(&mut text, "contact", !model.obstacles.is_empty());
-    let _ = writeln!(text, "- gravity {:?} m/s²", scene.gravity);
-    text
+    part(text, "contact with obstacles", !model.obstacles.is_empty());
+    part(text, "contact of cloth with cloth", model.self_collision.is_some());
 }
 
 /// How a pin moves, and when it lets go; nothing of one that holds still for ever.

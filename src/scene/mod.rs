@@ -16,6 +16,7 @@ mod parts;
 mod place;
 mod read_mesh;
 mod rigidity;
+mod room;
 mod schema;
 mod select;
 mod sequence;

@@ -272,12 +272,26 @@ pub struct Obstacle {
     /// Distance that cloth keeps from its surface (m).
     #[serde(default = "thickness")]
     pub thickness: f64,
+    /// How the distances of particles from it are found.
+    #[serde(default)]
+    pub distance: DistanceName,
     /// Whether whole triangles and edges of cloth are kept out along their ways (continuous collision
     /// detection), and not particles alone.
     #[serde(default = "yes")]
     pub ccd: bool,
     /// How it moves; it holds still otherwise.
     pub motion: Option<ObstacleMotion>,
+}
+
+/// How the distances of particles from an obstacle are found.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum DistanceName {
+    /// From its nearest triangle.
+    #[default]
+    Exact,
+    /// On a grid with cells of so many metres, twenty times faster and off by a share of a cell.
+    Grid(f64),
 }
 
 /// The shape of an obstacle.

@@ -2,8 +2,9 @@
 
 use super::fault::Fault;
 use super::schema::{
-    BendingName, BlockShape, ChainShape, Cloth, Keyframe, ObjShape, Obstacle, ObstacleMotion,
-    ObstacleShape, Pin, PlaneShape, Scene, Shape, SheetShape, Solver, SphereShape, SpringKind,
+    BendingName, BlockShape, ChainShape, Cloth, DistanceName, Keyframe, ObjShape, Obstacle,
+    ObstacleMotion, ObstacleShape, Pin, PlaneShape, Scene, Shape, SheetShape, Solver, SphereShape,
+    SpringKind,
 };
 use super::step::Step;
 use glam::DVec3;
@@ -53,6 +54,10 @@ pub(super) fn check(scene: &Scene) -> Result<(), Fault> {
             return Err(Fault::new(format!("pin.{i}.cloth"), cause));
         }
         check_pin(&format!("pin.{i}"), pin)?;
+    }
+    if let Some(layers) = &scene.self_collision {
+        positive("self_collision.thickness", layers.thickness)?;
+        not_negative("self_collision.friction", layers.friction)?;
     }
     for (i, obstacle) in scene.obstacle.iter().enumerate() {
         check_obstacle(&format!("obstacle.{i}"), obstacle)?;
@@ -304,6 +309,15 @@ fn check_obstacle(at: &str, obstacle: &Obstacle) -> Result<(), Fault> {
         ObstacleShape::Sphere(SphereShape { center, radius }) => {
             finite(&format!("{at}.shape.sphere.center"), center)?;
             positive(&format!("{at}.shape.sphere.radius"), *radius)?;
+        }
+    }
+    if let DistanceName::Grid(cell) = obstacle.distance {
+        let at = format!("{at}.distance");
+        positive(&format!("{at}.grid"), cell)?;
+        let of_one_piece = matches!(obstacle.motion, None | Some(ObstacleMotion::Keyframes(_)));
+        if !matches!(obstacle.shape, ObstacleShape::Obj(_)) || !of_one_piece {
+            let cause = "needs an obj that keeps its shape; use distance = \"exact\"";
+            return Err(Fault::new(at, cause));
         }
     }
     match &obstacle.motion {

@@ -12,6 +12,9 @@ use glam::DVec3;
 /// `drape` need one or two.
 const MAX_ROUNDS: u32 = 12;
 
+/// Rounds of these and of keeping edges and triangles apart.
+const MAX_IMPACT_ROUNDS: u32 = 6;
+
 impl Simulation {
     /// Strain limiting and contact, after which `survey` is the state's again. What they add to the energy
     /// is no fault of the scheme's.
@@ -19,9 +22,8 @@ impl Simulation {
         if !Ledger::is_booked_by_stage(&self.model) {
             return Ok(Limited::default());
         }
-        let (limited, touched) = self.limit_strain_and_contact();
-        let parted = self.resolve_impacts();
-        if touched || parted {
+        let (limited, touched) = self.hold_apart();
+        if touched {
             let before = survey.energy;
             *survey = self.survey();
             self.check_finite(survey, Stage::Respond)?;
@@ -41,14 +43,41 @@ impl Simulation {
         Ok(limited)
     }
 
+    /// Strain limiting and contact of particles, then of whole edges and triangles, until neither undoes the
+    /// other; the last word is that of contact. Also says whether anything was changed.
+    fn hold_apart(&mut self) -> (Limited, bool) {
+        let (mut limited, mut touched) = self.limit_strain_and_contact(true);
+        for _ in 1..MAX_IMPACT_ROUNDS {
+            if !self.resolve_impacts() {
+                return (limited, touched);
+            }
+            touched = true;
+            let Some(limit) = &self.model.strain_limit else {
+                return (limited, touched);
+            };
+            if !limit.is_exceeded(&self.state.positions) {
+                return (limited, touched);
+            }
+            let (again, _) = self.limit_strain_and_contact(false);
+            limited.passes += again.passes;
+            limited.after = again.after;
+        }
+        self.resolve_impacts();
+        (limited, true)
+    }
+
     /// Repeats strain limiting and contact until nothing is inside a body any more. Also says whether
     /// anything was changed.
-    fn limit_strain_and_contact(&mut self) -> (Limited, bool) {
+    fn limit_strain_and_contact(&mut self, begins: bool) -> (Limited, bool) {
         let (mut all, mut touched) = (Limited::default(), false);
         for round in 0..MAX_ROUNDS {
-            let first = round == 0;
+            let first = begins && round == 0;
             let limited = self.limit_strain(first);
-            let before = if first { limited.before } else { all.before };
+            let before = if round == 0 {
+                limited.before
+            } else {
+                all.before
+            };
             all = Limited {
                 passes: all.passes + limited.passes,
                 before,

@@ -13,6 +13,7 @@ mod stability;
 mod stats;
 mod step_length;
 mod survey;
+mod tunnelling;
 
 pub use cause::{Cause, Part};
 pub use divergence::{Account, Diverged, Sign};
@@ -22,6 +23,7 @@ pub use error::ErrorEstimate;
 pub use stability::{Forecast, Limit, Mode, forecast};
 pub use stats::{ImpactStats, Stage, StageTimes, Stats};
 pub use step_length::{AUTO_SHARE, NoStableStep, step_length, sweep_compliance};
+pub use tunnelling::{Tunnelling, tunnelling};
 
 use budget::{Budget, STEPS};
 

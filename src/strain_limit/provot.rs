@@ -129,6 +129,11 @@ impl StrainLimit {
         most
     }
 
+    /// Whether a spring is longer than the limit and its slack allow.
+    pub fn is_exceeded(&self, positions: &[DVec3]) -> bool {
+        self.largest_strain(positions) > self.max + SLACK
+    }
+
     /// Largest strain of the limited springs; −1 when there are none.
     pub fn largest_strain(&self, positions: &[DVec3]) -> f64 {
         let squares = self

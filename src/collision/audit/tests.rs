@@ -8,7 +8,11 @@ fn body(mesh: TriMesh) -> Obstacle {
     let surface = Surface::new(&mesh).unwrap();
     Obstacle {
         name: "body".to_owned(),
-        shape: Solid::Mesh { mesh, surface },
+        shape: Solid::Mesh {
+            mesh,
+            surface,
+            grid: None,
+        },
         motion: None,
         friction: 0.0,
         thickness: 0.003,
