@@ -146,7 +146,8 @@ impl Node {
         for axis in 0..3 {
             let below = self.min[axis] - Vec4::splat(from.max[axis]);
             let above = Vec4::splat(from.min[axis]) - self.max[axis];
-            let outside = below.max(above).max(Vec4::ZERO);
+            // In this order NaN stays NaN, and a point that is none finds nothing.
+            let outside = Vec4::ZERO.max(below.max(above));
             squared += outside * outside;
         }
         (squared * SHRINK).to_array()
