@@ -58,12 +58,8 @@ impl Ground {
         let least = TIGHT * rules.floor.min(KEPT * room);
         let separation = if self.tight { least } else { least / TIGHT };
         let band = BAND * separation;
-        let full = rules.radius + rules.free();
-        let touch = |weights, normal, target| Touch {
+        let mut touch = Touch {
             vertices,
-            weights,
-            normal,
-            target,
             tight: base + CLEAR * least,
             friction: rules.friction,
             ..Touch::default()
@@ -74,28 +70,24 @@ impl Ground {
         } else {
             meeting(features, start, end, base + separation, band)
         };
-        let Some(met) = met else {
-            let pushed = first
-                .then(|| self.pushed(features, vertices, &closest, rules))
-                .flatten();
-            let along = closest.between / distance;
-            return (
-                gap,
-                pushed.map(|target| touch(closest.weights, along, target)),
-            );
-        };
-        let full = self.rest_distance(features, vertices, full);
-        let target = if distance < full {
-            distance + SHARE * (full - distance)
+        if let Some(met) = met {
+            let free = rules.radius + rules.free();
+            let full = self.rest_distance(features, vertices, free);
+            let restored = distance + SHARE * (full - distance).max(0.0);
+            touch.target = if self.tight {
+                touch.tight
+            } else {
+                restored.min(full)
+            };
+            touch.meets = true;
+            (touch.weights, touch.normal) = (met.weights, met.normal);
+        } else if first && let Some(target) = self.pushed(features, vertices, &closest, rules) {
+            touch.target = target;
+            (touch.weights, touch.normal) = (closest.weights, closest.between / distance);
         } else {
-            full
-        };
-        let target = if self.tight {
-            base + CLEAR * least
-        } else {
-            target
-        };
-        (gap, Some(touch(met.weights, met.normal, target)))
+            return (gap, None);
+        }
+        (gap, Some(touch))
     }
 
     /// Gap from which on features need nothing (m).
@@ -149,7 +141,12 @@ impl Ground {
     /// Looks for particles that end a step below a plane: what is above at both ends always was.
     pub(super) fn against_planes(&self, particles: usize, first: bool, touches: &mut Vec<Touch>) {
         let Vertices { start, end, .. } = &self.vertices;
-        for Plane { solid, vertex, normal } in &self.planes {
+        for Plane {
+            solid,
+            vertex,
+            normal,
+        } in &self.planes
+        {
             let (k, rules) = (*vertex as usize, &self.rules[*solid]);
             for i in 0..particles {
                 let began = normal.dot(start[i] - start[k]);
@@ -178,6 +175,7 @@ impl Ground {
                     normal: *normal,
                     target,
                     tight: CLEAR * tight,
+                    meets: ends < least,
                     friction: rules.friction,
                     ..Touch::default()
                 });
@@ -195,7 +193,6 @@ fn relative_way(features: Features, start: &[DVec3; 4], end: &[DVec3; 4]) -> f64
     longest(0..split) + longest(split..4)
 }
 
-
 /// Distance of the features' boxes (m).
 fn boxes_apart(features: Features, x: &[DVec3; 4]) -> f64 {
     let [a, b, c, d] = *x;
@@ -203,5 +200,8 @@ fn boxes_apart(features: Features, x: &[DVec3; 4]) -> f64 {
         Features::VertexFace => ((a, a), (b.min(c).min(d), b.max(c).max(d))),
         Features::EdgeEdge => ((a.min(b), a.max(b)), (c.min(d), c.max(d))),
     };
-    (low - other_high).max(other_low - high).max(DVec3::ZERO).length()
+    (low - other_high)
+        .max(other_low - high)
+        .max(DVec3::ZERO)
+        .length()
 }

@@ -63,10 +63,19 @@ impl Rules {
 
 impl Ground {
     /// The ground, and the first vertex of each solid.
-    #[expect(clippy::cast_possible_truncation, reason = "meshes have fewer than 2³² vertices")]
-    pub(super) fn new(fabric: Fabric<'_>, solids: &[Solid], layers: Option<Layers>) -> (Self, Vec<usize>) {
+    #[expect(
+        clippy::cast_possible_truncation,
+        reason = "meshes have fewer than 2³² vertices"
+    )]
+    pub(super) fn new(
+        fabric: Fabric<'_>,
+        solids: &[Solid],
+        layers: Option<Layers>,
+    ) -> (Self, Vec<usize>) {
         let particles = fabric.particles;
-        let (thickness, friction) = layers.as_ref().map_or((0.0, 0.0), |own| (own.thickness, own.friction));
+        let (thickness, friction) = layers
+            .as_ref()
+            .map_or((0.0, 0.0), |own| (own.thickness, own.friction));
         let mut rules = vec![Rules {
             friction,
             floor: LAYER_FLOOR * thickness,
@@ -139,7 +148,9 @@ impl Ground {
             return;
         }
         let mut tree = std::mem::replace(&mut self.cloth_tree, Bvh::new(&[]));
-        fit(&mut tree, self.cloth.len(), |item| self.layer_box(&self.cloth[item as usize]));
+        fit(&mut tree, self.cloth.len(), |item| {
+            self.layer_box(&self.cloth[item as usize])
+        });
         self.cloth_tree = tree;
     }
 

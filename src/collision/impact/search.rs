@@ -48,7 +48,12 @@ impl Ground {
     /// Looks for meetings between the elements of cloth in a part of their hierarchy and in later parts.
     pub(super) fn within_layers(&self, part: usize, found: &mut Found) {
         self.cloth_tree.self_pairs(part, |one, other| {
-            self.between_layers(&self.cloth[one as usize], &self.cloth[other as usize], true, found);
+            self.between_layers(
+                &self.cloth[one as usize],
+                &self.cloth[other as usize],
+                true,
+                found,
+            );
         });
     }
 
