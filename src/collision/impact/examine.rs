@@ -35,16 +35,16 @@ impl Ground {
         rules: &Rules,
         first: bool,
     ) -> (f64, Option<Touch>) {
-        let zone = vertices.map(|i| self.zone[i as usize]);
-        if zone[0].is_some() && zone.iter().all(|other| *other == zone[0]) {
-            return (f64::MAX, None); // an affine map keeps apart what is apart, however close
-        }
-        let start = vertices.map(|i| self.vertices.start[i as usize]);
-        let end = vertices.map(|i| self.vertices.end[i as usize]);
+        let start = of(&self.vertices.start, vertices);
+        let end = of(&self.vertices.end, vertices);
         let way = relative_way(features, &start, &end);
         let apart = boxes_apart(features, &start) - rules.radius;
         if apart > self.reach(rules) + way {
             return (apart, None);
+        }
+        let zone = vertices.map(|i| self.zone[i as usize]);
+        if zone[0].is_some() && zone.iter().all(|other| *other == zone[0]) {
+            return (f64::MAX, None); // an affine map keeps apart what is apart, however close
         }
         let closest = features.closest(start);
         let distance = closest.between.length();
@@ -188,9 +188,10 @@ impl Ground {
 fn relative_way(features: Features, start: &[DVec3; 4], end: &[DVec3; 4]) -> f64 {
     let common = end[3] - start[3];
     let way = |k: usize| (end[k] - start[k] - common).length_squared();
-    let longest = |range: std::ops::Range<usize>| range.map(way).fold(0.0, f64::max).sqrt();
-    let split = features.split();
-    longest(0..split) + longest(split..4)
+    match features {
+        Features::VertexFace => way(0).sqrt() + way(1).max(way(2)).sqrt(),
+        Features::EdgeEdge => way(0).max(way(1)).sqrt() + way(2).sqrt(),
+    }
 }
 
 /// Distance of the features' boxes (m).
@@ -204,4 +205,14 @@ fn boxes_apart(features: Features, x: &[DVec3; 4]) -> f64 {
         .max(other_low - high)
         .max(DVec3::ZERO)
         .length()
+}
+
+/// Four entries of a list: an array's `map` wasn't made one with the loop, and took a tenth of the search.
+fn of(list: &[DVec3], [a, b, c, d]: [u32; 4]) -> [DVec3; 4] {
+    [
+        list[a as usize],
+        list[b as usize],
+        list[c as usize],
+        list[d as usize],
+    ]
 }
