@@ -100,9 +100,15 @@ pub fn write_obj(mesh: &TriMesh, comment: &str) -> String {
     text
 }
 
+/// Whether a closed and consistently oriented mesh is inside out: it encloses a negative volume. The
+/// pieces of a mesh count together.
+pub fn is_inside_out(mesh: &TriMesh) -> bool {
+    mesh.volume() < 0.0
+}
+
 /// Turns an inside-out closed mesh, and says whether it did.
 pub fn orient_outward(mesh: &mut TriMesh) -> bool {
-    let inside_out = mesh.volume() < 0.0;
+    let inside_out = is_inside_out(mesh);
     if inside_out {
         for triangle in &mut mesh.triangles {
             triangle.swap(1, 2);
@@ -313,8 +319,8 @@ mod tests {
     fn an_inside_out_mesh_is_turned() {
         let (mut mesh, _) =
             read_obj(&CUBE.replace("v 0", "v -0").replace("v 1", "v -1"), 1.0).unwrap();
-        assert!(orient_outward(&mut mesh) && mesh.volume() > 0.0);
-        assert!(!orient_outward(&mut mesh));
+        assert!(is_inside_out(&mesh) && orient_outward(&mut mesh) && mesh.volume() > 0.0);
+        assert!(!is_inside_out(&mesh) && !orient_outward(&mut mesh));
     }
 
     #[test]

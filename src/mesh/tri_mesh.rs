@@ -14,8 +14,9 @@ pub struct TriMesh {
 impl TriMesh {
     /// The three corners of a triangle (m).
     #[inline]
-    pub fn corners(&self, triangle: [u32; 3]) -> [DVec3; 3] {
-        triangle.map(|vertex| self.positions[vertex as usize])
+    pub fn corners(&self, [a, b, c]: [u32; 3]) -> [DVec3; 3] {
+        let at = |vertex: u32| self.positions[vertex as usize];
+        [at(a), at(b), at(c)]
     }
 
     /// Enclosed volume (m³), negative when the mesh is inside out.

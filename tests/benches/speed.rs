@@ -5,6 +5,7 @@ use glam::DVec3;
 use muslin::collision::{Contacts, Detection};
 use muslin::force::Force;
 use muslin::integrator::{Integrator, Linear};
+use muslin::mesh::DistanceGrid;
 use muslin::scene::{self, LoadedScene};
 use muslin::simulation::{Simulation, forecast};
 use std::hint::black_box;
@@ -126,6 +127,17 @@ fn contact(criterion: &mut Criterion) {
             }
         });
     });
+    for (cell, band) in [(0.01, 0.02), (0.005, 0.01)] {
+        let grid = DistanceGrid::new(&obstacles[0].surface, cell, band);
+        let grid = grid.unwrap_or_else(|error| panic!("{error}"));
+        group.bench_function(format!("grid of {cell} m"), |bencher| {
+            bencher.iter(|| {
+                for &p in positions {
+                    black_box(grid.nearest(p, f64::MAX));
+                }
+            });
+        });
+    }
     let mut detection = Detection::new(obstacles, positions.len());
     let mut contacts = Contacts::none(positions.len());
     let mut moved = positions.clone();
@@ -135,6 +147,47 @@ fn contact(criterion: &mut Criterion) {
             moved.iter_mut().for_each(|x| x.x += side);
             side = -side;
             detection.find(obstacles, &moved, &mut contacts);
+        });
+    });
+    group.finish();
+}
+
+/// What a body costs that moves: refitting the mannequin, its pairs of overlapping triangles; and
+/// nearest points 5 mm from it, a query.
+fn body(criterion: &mut Criterion) {
+    let built = scene::build(&load("drape", &[])).unwrap_or_else(|error| panic!("{error}"));
+    let surface = built.model.obstacles[0].surface.clone();
+    let mesh = surface.mesh().clone();
+    let mut group = criterion.benchmark_group("mannequin");
+    for threads in [1, 2] {
+        let mut moved = surface.clone();
+        group.bench_function(format!("moved, {threads} thread(s)"), |bencher| {
+            on_threads(threads, || {
+                bencher.iter(|| moved.move_to(black_box(&mesh.positions)));
+            });
+        });
+    }
+    group.bench_function("overlapping triangles", |bencher| {
+        bencher.iter(|| {
+            let mut pairs = 0;
+            let hierarchy = surface.hierarchy();
+            for part in 0..hierarchy.parts() {
+                hierarchy.self_pairs(part, |_, _| pairs += 1);
+            }
+            pairs
+        });
+    });
+    let near = mesh.triangles.iter().map(|&triangle| {
+        let [a, b, c] = mesh.corners(triangle);
+        (a + b + c) / 3.0 + 0.005 * (b - a).cross(c - a).normalize_or_zero()
+    });
+    let near: Vec<DVec3> = near.collect();
+    group.throughput(Throughput::Elements(near.len() as u64));
+    group.bench_function("nearest point 5 mm away", |bencher| {
+        bencher.iter(|| {
+            for &p in &near {
+                black_box(surface.nearest(p, f64::MAX));
+            }
         });
     });
     group.finish();
@@ -189,6 +242,6 @@ fn frame(_: &mut Criterion) {}
 criterion_group! {
     name = benches;
     config = Criterion::default().sample_size(20);
-    targets = force_pass, explicit_step, hinge_pass, contact, step, frame
+    targets = force_pass, explicit_step, hinge_pass, contact, body, step, frame
 }
 criterion_main!(benches);

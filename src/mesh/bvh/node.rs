@@ -28,12 +28,6 @@ const FARTHEST: f64 = 1e18;
 const SHRINK: f32 = 1.0 - 1.0 / (1 << 20) as f32;
 
 impl Bounds {
-    /// The box of nothing.
-    pub(super) const EMPTY: Self = Self {
-        min: [f32::INFINITY; 3],
-        max: [f32::NEG_INFINITY; 3],
-    };
-
     /// A box around another.
     #[inline]
     pub(super) fn around(exact: &Aabb) -> Self {
@@ -152,7 +146,8 @@ impl Node {
         for axis in 0..3 {
             let below = self.min[axis] - Vec4::splat(from.max[axis]);
             let above = Vec4::splat(from.min[axis]) - self.max[axis];
-            let outside = below.max(above).max(Vec4::ZERO);
+            // In this order NaN stays NaN, and a point that is none finds nothing.
+            let outside = Vec4::ZERO.max(below.max(above));
             squared += outside * outside;
         }
         (squared * SHRINK).to_array()

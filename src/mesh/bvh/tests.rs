@@ -206,6 +206,14 @@ fn a_query_looks_at_few_items() {
 }
 
 #[test]
+fn a_point_that_is_none_asks_nothing() {
+    let tree = Bvh::new(&Random(5).boxes(1000, 0.1));
+    for p in [DVec3::NAN, dvec3(0.5, f64::NAN, 0.5)] {
+        tree.nearest(p, f64::MAX, |item, _| panic!("{p} asks for {item}"));
+    }
+}
+
+#[test]
 fn the_depth_is_bounded_for_the_worst_that_fits() {
     // Boxes each 16 times the last: every split by bins cuts off one. 1e-300 to 1e300 in 2⁴.
     let boxes: Vec<Aabb> = (-250..250)

@@ -5,6 +5,9 @@
 //! out when asked for: a body that moves then only has to refit its hierarchy, and a query needs
 //! them only where the triangles around a vertex disagree.
 
+#[cfg(test)]
+mod tests;
+
 use super::closest_point::{OnTriangle, closest_point};
 use super::{Aabb, Bvh, TriMesh};
 use glam::DVec3;
@@ -256,87 +259,5 @@ impl Incident {
 impl std::fmt::Debug for Surface {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "Surface of {} triangles", self.mesh.triangles.len())
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use glam::dvec3;
-
-    /// A thin wedge: its sharp edges and vertices are where a triangle's own normal misleads.
-    fn wedge() -> TriMesh {
-        let positions = vec![
-            dvec3(0.0, 0.0, 0.0),
-            dvec3(1.0, 0.1, 0.0),
-            dvec3(1.0, -0.1, 0.0),
-            dvec3(0.0, 0.0, 1.0),
-            dvec3(1.0, 0.1, 1.0),
-            dvec3(1.0, -0.1, 1.0),
-        ];
-        let triangles = vec![
-            [0, 1, 2],
-            [3, 5, 4],
-            [0, 4, 1],
-            [0, 3, 4],
-            [0, 2, 5],
-            [0, 5, 3],
-            [1, 5, 2],
-            [1, 4, 5],
-        ];
-        TriMesh {
-            positions,
-            triangles,
-        }
-    }
-
-    /// Inside by half-spaces: the wedge is convex.
-    fn inside(mesh: &TriMesh, p: DVec3) -> bool {
-        mesh.triangles.iter().all(|&triangle| {
-            let [a, b, c] = mesh.corners(triangle);
-            (b - a).cross(c - a).dot(p - a) < 0.0
-        })
-    }
-
-    #[test]
-    fn the_sign_is_right_near_edges_and_vertices() {
-        let mesh = wedge();
-        assert!(crate::mesh::open_edge(&mesh).is_none() && mesh.volume() > 0.0);
-        let surface = Surface::new(&mesh).unwrap();
-        let mut tried = 0;
-        for corner in &mesh.positions {
-            for i in 0..1000_u32 {
-                let turn = f64::from(i);
-                let direction = dvec3((turn * 0.7).sin(), (turn * 1.3).cos(), (turn * 2.1).sin());
-                for scale in [1e-6, 1e-3, 0.05] {
-                    let p = *corner + direction * scale;
-                    let nearest = surface.nearest(p, f64::MAX).unwrap();
-                    if nearest.distance.abs() < 1e-12 {
-                        continue; // on the surface: neither side
-                    }
-                    assert_eq!(
-                        nearest.distance < 0.0,
-                        inside(&mesh, p),
-                        "at {p}: {nearest:?}"
-                    );
-                    assert!(
-                        (nearest.point + nearest.normal * nearest.distance - p).length() < 1e-12
-                    );
-                    tried += 1;
-                }
-            }
-        }
-        assert!(tried > 17_900, "{tried}");
-    }
-
-    #[test]
-    fn a_point_on_an_edge_has_a_normal_that_points_out() {
-        let surface = Surface::new(&wedge()).unwrap();
-        let nearest = surface.nearest(dvec3(0.0, 0.0, 0.5), 1.0).unwrap();
-        assert!(
-            nearest.distance.abs() < 1e-12 && nearest.normal.x < -0.09,
-            "{nearest:?}"
-        );
-        assert!(surface.nearest(dvec3(0.0, 2.0, 0.5), 1.0).is_none());
     }
 }
