@@ -153,10 +153,11 @@ fn crossings(edges: &Mesh, triangles: &Mesh, same: bool) -> usize {
     let low = |t: &[DVec3]| t.iter().fold(DVec3::MAX, |low, x| low.min(*x));
     let high = |t: &[DVec3]| t.iter().fold(DVec3::MIN, |high, x| high.max(*x));
     let mut count = 0;
+    let all = edges.edges();
     for triangle in &triangles.triangles {
         let face = triangle.map(|i| triangles.positions[i as usize]);
         let (least, most) = (low(&face), high(&face));
-        for edge in edges.edges() {
+        for edge in &all {
             let ends = edge.map(|i| edges.positions[i as usize]);
             let apart = low(&ends).cmpgt(most).any() || high(&ends).cmplt(least).any();
             let shared = same && edge.iter().any(|i| triangle.contains(i));

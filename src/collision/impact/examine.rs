@@ -35,16 +35,16 @@ impl Ground {
         rules: &Rules,
         first: bool,
     ) -> (f64, Option<Touch>) {
-        let zone = vertices.map(|i| self.zone[i as usize]);
-        if zone[0].is_some() && zone.iter().all(|other| *other == zone[0]) {
-            return (f64::MAX, None); // an affine map keeps apart what is apart, however close
-        }
-        let start = vertices.map(|i| self.vertices.start[i as usize]);
-        let end = vertices.map(|i| self.vertices.end[i as usize]);
+        let start = of(&self.vertices.start, vertices);
+        let end = of(&self.vertices.end, vertices);
         let way = relative_way(features, &start, &end);
         let apart = boxes_apart(features, &start) - rules.radius;
         if apart > self.reach(rules) + way {
             return (apart, None);
+        }
+        let zone = vertices.map(|i| self.zone[i as usize]);
+        if zone[0].is_some() && zone.iter().all(|other| *other == zone[0]) {
+            return (f64::MAX, None); // an affine map keeps apart what is apart, however close
         }
         let closest = features.closest(start);
         let distance = closest.between.length();
@@ -58,12 +58,8 @@ impl Ground {
         let least = TIGHT * rules.floor.min(KEPT * room);
         let separation = if self.tight { least } else { least / TIGHT };
         let band = BAND * separation;
-        let full = rules.radius + rules.free();
-        let touch = |weights, normal, target| Touch {
+        let mut touch = Touch {
             vertices,
-            weights,
-            normal,
-            target,
             tight: base + CLEAR * least,
             friction: rules.friction,
             ..Touch::default()
@@ -74,28 +70,24 @@ impl Ground {
         } else {
             meeting(features, start, end, base + separation, band)
         };
-        let Some(met) = met else {
-            let pushed = first
-                .then(|| self.pushed(features, vertices, &closest, rules))
-                .flatten();
-            let along = closest.between / distance;
-            return (
-                gap,
-                pushed.map(|target| touch(closest.weights, along, target)),
-            );
-        };
-        let full = self.rest_distance(features, vertices, full);
-        let target = if distance < full {
-            distance + SHARE * (full - distance)
+        if let Some(met) = met {
+            let free = rules.radius + rules.free();
+            let full = self.rest_distance(features, vertices, free);
+            let restored = distance + SHARE * (full - distance).max(0.0);
+            touch.target = if self.tight {
+                touch.tight
+            } else {
+                restored.min(full)
+            };
+            touch.meets = true;
+            (touch.weights, touch.normal) = (met.weights, met.normal);
+        } else if first && let Some(target) = self.pushed(features, vertices, &closest, rules) {
+            touch.target = target;
+            (touch.weights, touch.normal) = (closest.weights, closest.between / distance);
         } else {
-            full
-        };
-        let target = if self.tight {
-            base + CLEAR * least
-        } else {
-            target
-        };
-        (gap, Some(touch(met.weights, met.normal, target)))
+            return (gap, None);
+        }
+        (gap, Some(touch))
     }
 
     /// Gap from which on features need nothing (m).
@@ -149,7 +141,12 @@ impl Ground {
     /// Looks for particles that end a step below a plane: what is above at both ends always was.
     pub(super) fn against_planes(&self, particles: usize, first: bool, touches: &mut Vec<Touch>) {
         let Vertices { start, end, .. } = &self.vertices;
-        for Plane { solid, vertex, normal } in &self.planes {
+        for Plane {
+            solid,
+            vertex,
+            normal,
+        } in &self.planes
+        {
             let (k, rules) = (*vertex as usize, &self.rules[*solid]);
             for i in 0..particles {
                 let began = normal.dot(start[i] - start[k]);
@@ -178,6 +175,7 @@ impl Ground {
                     normal: *normal,
                     target,
                     tight: CLEAR * tight,
+                    meets: ends < least,
                     friction: rules.friction,
                     ..Touch::default()
                 });
@@ -190,11 +188,11 @@ impl Ground {
 fn relative_way(features: Features, start: &[DVec3; 4], end: &[DVec3; 4]) -> f64 {
     let common = end[3] - start[3];
     let way = |k: usize| (end[k] - start[k] - common).length_squared();
-    let longest = |range: std::ops::Range<usize>| range.map(way).fold(0.0, f64::max).sqrt();
-    let split = features.split();
-    longest(0..split) + longest(split..4)
+    match features {
+        Features::VertexFace => way(0).sqrt() + way(1).max(way(2)).sqrt(),
+        Features::EdgeEdge => way(0).max(way(1)).sqrt() + way(2).sqrt(),
+    }
 }
-
 
 /// Distance of the features' boxes (m).
 fn boxes_apart(features: Features, x: &[DVec3; 4]) -> f64 {
@@ -203,5 +201,18 @@ fn boxes_apart(features: Features, x: &[DVec3; 4]) -> f64 {
         Features::VertexFace => ((a, a), (b.min(c).min(d), b.max(c).max(d))),
         Features::EdgeEdge => ((a.min(b), a.max(b)), (c.min(d), c.max(d))),
     };
-    (low - other_high).max(other_low - high).max(DVec3::ZERO).length()
+    (low - other_high)
+        .max(other_low - high)
+        .max(DVec3::ZERO)
+        .length()
+}
+
+/// Four entries of a list: an array's `map` wasn't made one with the loop, and took a tenth of the search.
+fn of(list: &[DVec3], [a, b, c, d]: [u32; 4]) -> [DVec3; 4] {
+    [
+        list[a as usize],
+        list[b as usize],
+        list[c as usize],
+        list[d as usize],
+    ]
 }

@@ -63,10 +63,19 @@ impl Rules {
 
 impl Ground {
     /// The ground, and the first vertex of each solid.
-    #[expect(clippy::cast_possible_truncation, reason = "meshes have fewer than 2³² vertices")]
-    pub(super) fn new(fabric: Fabric<'_>, solids: &[Solid], layers: Option<Layers>) -> (Self, Vec<usize>) {
+    #[expect(
+        clippy::cast_possible_truncation,
+        reason = "meshes have fewer than 2³² vertices"
+    )]
+    pub(super) fn new(
+        fabric: Fabric<'_>,
+        solids: &[Solid],
+        layers: Option<Layers>,
+    ) -> (Self, Vec<usize>) {
         let particles = fabric.particles;
-        let (thickness, friction) = layers.as_ref().map_or((0.0, 0.0), |own| (own.thickness, own.friction));
+        let (thickness, friction) = layers
+            .as_ref()
+            .map_or((0.0, 0.0), |own| (own.thickness, own.friction));
         let mut rules = vec![Rules {
             friction,
             floor: LAYER_FLOOR * thickness,
@@ -139,7 +148,9 @@ impl Ground {
             return;
         }
         let mut tree = std::mem::replace(&mut self.cloth_tree, Bvh::new(&[]));
-        fit(&mut tree, self.cloth.len(), |item| self.layer_box(&self.cloth[item as usize]));
+        fit(&mut tree, self.cloth.len(), |item| {
+            self.layer_box(&self.cloth[item as usize])
+        });
         self.cloth_tree = tree;
     }
 
@@ -152,8 +163,9 @@ impl Ground {
     /// Longest way of an element's vertices (m).
     pub(super) fn way(&self, element: &Element) -> f64 {
         let Vertices { start, end, .. } = &self.vertices;
-        let way = |i: u32| (end[i as usize] - start[i as usize]).length();
-        element.corners.map(way).into_iter().fold(0.0, f64::max)
+        let way = |i: u32| (end[i as usize] - start[i as usize]).length_squared();
+        let [a, b, c] = element.corners;
+        way(a).max(way(b)).max(way(c)).sqrt()
     }
 
     /// Whether the way of an element has changed since it was searched.
@@ -165,8 +177,14 @@ impl Ground {
 /// Box of an element's way (m).
 pub(super) fn swept(vertices: &Vertices, element: &Element) -> Aabb {
     let Vertices { start, end, .. } = vertices;
-    let corners = element.corners.map(|i| i as usize);
-    Aabb::around(corners.into_iter().flat_map(|i| [start[i], end[i]]))
+    let mut bounds = Aabb::EMPTY;
+    for &i in &element.corners {
+        for x in [start[i as usize], end[i as usize]] {
+            bounds.min = bounds.min.min(x);
+            bounds.max = bounds.max.max(x);
+        }
+    }
+    bounds
 }
 
 /// Gives a tree new boxes; the first ones decide its shape.

@@ -75,7 +75,13 @@ impl Impacts {
             } else {
                 precision
             };
-            separate(&mut self.touches, &mut self.ground.vertices, precision);
+            let first = resolved.rounds == 1;
+            separate(
+                &mut self.touches,
+                &mut self.ground.vertices,
+                first,
+                precision,
+            );
             found = self.search(false);
             resolved.rounds += 1;
         }
@@ -128,13 +134,19 @@ impl Impacts {
             self.choose(|stage, number, element| {
                 let clear = stage.clear[number as usize];
                 let near = clear <= stage.ground.way(element) + stage.solid_way;
-                if first { near } else { stage.ground.is_stale(element) }
+                if first {
+                    near
+                } else {
+                    stage.ground.is_stale(element)
+                }
             });
             self.ask(|ground, number, found| ground.against_solids(number, first, found));
         }
         if self.ground.layers.is_some() && first {
             let parts = self.ground.cloth_tree.parts();
-            self.work(parts, |ground, part, found| ground.within_layers(part, found));
+            self.work(parts, |ground, part, found| {
+                ground.within_layers(part, found)
+            });
         } else if self.ground.layers.is_some() {
             self.choose(|stage, _, element| stage.ground.is_stale(element));
             self.ask(Ground::against_layers);

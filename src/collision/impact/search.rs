@@ -48,7 +48,12 @@ impl Ground {
     /// Looks for meetings between the elements of cloth in a part of their hierarchy and in later parts.
     pub(super) fn within_layers(&self, part: usize, found: &mut Found) {
         self.cloth_tree.self_pairs(part, |one, other| {
-            self.between_layers(&self.cloth[one as usize], &self.cloth[other as usize], true, found);
+            self.between_layers(
+                &self.cloth[one as usize],
+                &self.cloth[other as usize],
+                true,
+                found,
+            );
         });
     }
 
@@ -78,24 +83,32 @@ impl Ground {
     /// Gap of two elements over the whole step along the normal of one of them (m); they are at least as far apart.
     fn apart(&self, one: &Element, other: &Element) -> f64 {
         let Vertices { start, end, .. } = &self.vertices;
-        let corners = |element: &Element| {
-            element
-                .corners
-                .map(|i| (start[i as usize], end[i as usize]))
+        let corners = |of: &[DVec3], element: &Element| {
+            let [a, b, c] = element.corners;
+            [of[a as usize], of[b as usize], of[c as usize]]
         };
-        let (one, other) = (corners(one), corners(other));
-        let along = |[(a, _), (b, _), (c, _)]: [(DVec3, DVec3); 3]| {
-            let normal = (b - a).cross(c - a).normalize_or_zero();
-            let range = |corners: &[(DVec3, DVec3); 3]| {
-                let both = corners.map(|(start, end)| (normal.dot(start), normal.dot(end)));
-                both.into_iter()
-                    .fold((f64::MAX, f64::MIN), |(low, high), (start, end)| {
-                        (low.min(start).min(end), high.max(start).max(end))
-                    })
-            };
-            let (mine, yours) = (range(&one), range(&other));
-            (mine.0 - yours.1).max(yours.0 - mine.1)
-        };
-        along(other).max(along(one))
+        let one = [corners(start, one), corners(end, one)];
+        let other = [corners(start, other), corners(end, other)];
+        along(normal(other[0]), &one, &other).max(along(normal(one[0]), &one, &other))
     }
+}
+
+fn normal([a, b, c]: [DVec3; 3]) -> DVec3 {
+    (b - a).cross(c - a).normalize_or_zero()
+}
+
+/// Gap of two elements along a direction, from their corners at start and end (m).
+fn along(direction: DVec3, one: &[[DVec3; 3]; 2], other: &[[DVec3; 3]; 2]) -> f64 {
+    let (low, high) = range(direction, one);
+    let (other_low, other_high) = range(direction, other);
+    (low - other_high).max(other_low - high)
+}
+
+fn range(direction: DVec3, corners: &[[DVec3; 3]; 2]) -> (f64, f64) {
+    let (mut low, mut high) = (f64::MAX, f64::MIN);
+    for corner in corners.as_flattened() {
+        let place = direction.dot(*corner);
+        (low, high) = (low.min(place), high.max(place));
+    }
+    (low, high)
 }

@@ -30,6 +30,8 @@ pub(super) struct Touch {
     pub(super) tight: f64,
     /// Coulomb's friction coefficient μ.
     pub(super) friction: f64,
+    /// Whether the features meet on their way, and aren't only closer than they should be.
+    pub(super) meets: bool,
     /// What moved the positions along the normal (kg·m), not negative.
     pub(super) pressed: f64,
     /// What moved them against sliding (kg·m).
@@ -105,11 +107,13 @@ impl Touch {
 /// 11, with 100 in 12.
 const PASSES: u32 = 30;
 
-/// Separates all touches until each target is missed by `enough` (m) at most, or the passes are used up.
-pub(super) fn separate(touches: &mut [Touch], vertices: &mut Vertices, enough: f64) {
+/// Separates touches until each target is missed by `enough` (m) at most, or the passes are used up: all in
+/// the first round, only those that meet later on. To hold some thousand features in a pile to the
+/// last would change all ways again in each round, and all would have to be searched.
+pub(super) fn separate(touches: &mut [Touch], vertices: &mut Vertices, first: bool, enough: f64) {
     for _ in 0..PASSES {
         let mut worst = 0.0_f64;
-        for touch in touches.iter_mut() {
+        for touch in touches.iter_mut().filter(|touch| first || touch.meets) {
             worst = worst.max(touch.separate(vertices));
         }
         if worst <= enough {
