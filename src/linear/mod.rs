@@ -17,7 +17,7 @@ mod scalar_cholesky;
 pub(crate) mod team;
 
 pub use cholesky::{Cholesky, NotPositiveDefinite};
-pub use chunks::Chunks;
+pub use chunks::{Chunks, Shared};
 pub use coarse::Coarse;
 pub use conjugate_gradient::{ConjugateGradient, Limits, Solve, System};
 pub use constraint::Constraint;
