@@ -117,6 +117,14 @@ impl SpringLists {
         }
     }
 
+    /// Asks for a tile's springs ahead of their use.
+    pub(super) fn prefetch(&self, tile: usize) {
+        match self {
+            Self::Packed(packed) => packed.tiled.prefetch(tile),
+            Self::Whole(tiled) => tiled.prefetch(tile),
+        }
+    }
+
     /// Size of the lists (B).
     pub(super) fn bytes(&self) -> usize {
         match self {
@@ -144,6 +152,10 @@ impl Cut for SpringLists {
             }
             Self::Whole(tiled) => add_forces(tiled.of(tile), state, window),
         }
+    }
+
+    fn prefetch(&self, tile: usize) {
+        Self::prefetch(self, tile);
     }
 
     fn lowest(&self, tile: usize) -> usize {

@@ -10,7 +10,7 @@
 //! tile touches are handed on at once: what is beyond the caches is read once and written once.
 
 use super::{Damping, Force};
-use crate::linear::{Chunks, Shared};
+use crate::linear::{Chunks, Shared, prefetch};
 use crate::state::State;
 use glam::DVec3;
 use std::fmt::Debug;
@@ -21,6 +21,9 @@ pub trait Cut: Debug + Send + Sync {
     /// Adds the forces (N) of a tile's elements on the particles that the window shows.
     fn add_forces(&self, tile: usize, state: &State, window: &mut Window<'_>);
 
+    /// Asks for a tile's elements ahead of their use.
+    fn prefetch(&self, _tile: usize) {}
+
     /// The lowest of a chunk's particles that elements of one of its tiles act on, where that may be
     /// below the tile's own.
     fn lowest(&self, _tile: usize) -> usize {
@@ -28,8 +31,9 @@ pub trait Cut: Debug + Send + Sync {
     }
 }
 
-/// Particles in a tile: what belongs to them stays in the second-level cache from law to law.
-const TILE: usize = 1024;
+/// Particles in a tile: what belongs to them stays in the first-level cache from law to law. Twice as
+/// many or half as many are as good.
+const TILE: usize = 128;
 
 /// Chunks of the particles, cut into tiles.
 #[derive(Clone, Copy, Debug)]
@@ -219,6 +223,13 @@ impl<E> Tiled<E> {
         &self.elements[start..self.ends[tile]]
     }
 
+    /// Asks for a tile's elements ahead of their use.
+    pub(super) fn prefetch(&self, tile: usize) {
+        if tile > 0 && tile < self.ends.len() {
+            prefetch(&self.elements, self.ends[tile - 1]..self.ends[tile]);
+        }
+    }
+
     pub(super) fn tiles(&self) -> usize {
         self.ends.len()
     }
@@ -244,6 +255,10 @@ pub(super) struct Lists<E> {
 impl<E: Debug + Send + Sync> Cut for Lists<E> {
     fn add_forces(&self, tile: usize, state: &State, window: &mut Window<'_>) {
         (self.add)(self.tiled.of(tile), state, window);
+    }
+
+    fn prefetch(&self, tile: usize) {
+        self.tiled.prefetch(tile);
     }
 
     fn lowest(&self, tile: usize) -> usize {
@@ -349,7 +364,14 @@ impl ForcePass {
             for tile in self.tiles.of_chunk(chunk) {
                 window.tile = self.tiles.range(tile);
                 window.tile().1.fill(DVec3::ZERO);
+                let ahead = window.tile.end..window.tile.end + TILE;
+                let from = |first: usize| ahead.start - first..ahead.end - first;
+                prefetch(&state.positions, from(0));
+                prefetch(&state.velocities, from(0));
+                prefetch(window.forces, from(first));
+                own.prefetch(from(done));
                 for law in lists.iter().copied().flatten() {
+                    law.prefetch(tile + 1);
                     law.add_forces(tile, state, &mut window);
                 }
                 let settled = self.settled[tile].max(done);

@@ -110,9 +110,9 @@ pub(super) fn largest<E>(elements: &[E], find: impl Fn(&E) -> f64) -> f64 {
     let mut most = [f64::NEG_INFINITY; 4];
     let (fours, rest) = elements.as_chunks::<4>();
     for four in fours {
-        let found = four.each_ref().map(&find);
-        for (most, found) in most.iter_mut().zip(found) {
-            *most = if found > *most { found } else { *most };
+        for k in 0..4 {
+            let found = find(&four[k]);
+            most[k] = if found > most[k] { found } else { most[k] };
         }
     }
     let rest = rest.iter().map(find);

@@ -30,6 +30,13 @@ impl Weave {
             .fold(f64::NEG_INFINITY, f64::max)
     }
 
+    /// Asks for a tile's springs ahead of their use.
+    pub fn prefetch(&self, tile: usize) {
+        for (_, lists) in &self.families {
+            lists.prefetch(tile);
+        }
+    }
+
     /// Size of each family's lists (B).
     pub fn bytes(&self) -> impl Iterator<Item = (&'static str, usize)> + '_ {
         let each = self.families.iter();

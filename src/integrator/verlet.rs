@@ -38,7 +38,14 @@ impl Verlet {
             forces: zero.clone(),
             at: vec![DVec3::ZERO; if moves { model.particles() } else { 0 }],
             released: None,
-            damping: vec![DVec3::ZERO; if pass.is_damped() { model.particles() } else { 0 }],
+            damping: vec![
+                DVec3::ZERO;
+                if pass.is_damped() {
+                    model.particles()
+                } else {
+                    0
+                }
+            ],
             middle: zero,
             pass,
         }

@@ -1,23 +1,32 @@
 //! Fixed chunks of a list, whose results don't depend on the number of threads that work on them.
 
-use super::CHUNK;
+use super::{CHUNK, prefetch};
 use std::ops::Range;
 
 /// Lists of one length that threads share out.
 pub trait Shared: Send + Sized {
     /// The first entries of each, and those behind.
     fn split_at(self, middle: usize) -> (Self, Self);
+
+    /// Asks for some entries of each ahead of their use.
+    fn prefetch(&self, entries: Range<usize>);
 }
 
 impl Shared for () {
     fn split_at(self, _: usize) -> (Self, Self) {
         ((), ())
     }
+
+    fn prefetch(&self, _: Range<usize>) {}
 }
 
 impl<T: Send> Shared for &mut [T] {
     fn split_at(self, middle: usize) -> (Self, Self) {
         self.split_at_mut(middle)
+    }
+
+    fn prefetch(&self, entries: Range<usize>) {
+        prefetch(self, entries);
     }
 }
 
@@ -25,6 +34,11 @@ impl<A: Shared, B: Shared> Shared for (A, B) {
     fn split_at(self, middle: usize) -> (Self, Self) {
         let (a, b) = (self.0.split_at(middle), self.1.split_at(middle));
         ((a.0, b.0), (a.1, b.1))
+    }
+
+    fn prefetch(&self, entries: Range<usize>) {
+        self.0.prefetch(entries.clone());
+        self.1.prefetch(entries);
     }
 }
 
@@ -86,14 +100,17 @@ impl Chunks {
 
     /// The same with lists of one length.
     pub fn for_each_of<S: Shared>(self, lists: S, work: impl Fn(usize, S) + Sync) {
-        if self.count() < 2 {
-            work(0, lists); // not worth waking anybody
-        } else {
-            self.share_out(0..self.count(), lists, &work);
+        if self.count() > 0 {
+            self.share_out(0..self.count(), lists, &work); // one chunk wakes nobody
         }
     }
 
-    fn share_out<S: Shared>(self, chunks: Range<usize>, lists: S, work: &(impl Fn(usize, S) + Sync)) {
+    fn share_out<S: Shared>(
+        self,
+        chunks: Range<usize>,
+        lists: S,
+        work: &(impl Fn(usize, S) + Sync),
+    ) {
         if chunks.len() < 2 {
             return work(chunks.start, lists);
         }

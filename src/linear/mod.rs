@@ -13,6 +13,7 @@ mod constraint;
 mod lanczos;
 mod pair_matrix;
 mod pairs;
+mod prefetch;
 mod scalar_cholesky;
 pub(crate) mod team;
 
@@ -23,6 +24,7 @@ pub use conjugate_gradient::{ConjugateGradient, Limits, Solve, System};
 pub use constraint::Constraint;
 pub use lanczos::largest_eigenvalues;
 pub use pair_matrix::{Assembly, LineBlock, PairMatrix, Pattern, Slot, outer};
+pub(crate) use prefetch::prefetch;
 pub use scalar_cholesky::ScalarCholesky;
 pub use team::awake;
 

@@ -2,7 +2,7 @@
 
 use crate::energy::{Totals, kinetic_of};
 use crate::force::{Force as _, Tiles, Weave, energy_and_stretch_squared};
-use crate::linear::Chunks;
+use crate::linear::{Chunks, prefetch};
 use crate::model::Model;
 use crate::state::State;
 use glam::DVec3;
@@ -60,7 +60,14 @@ impl Survey {
         let chunks = tiles.chunks();
         let look = |chunk: usize| {
             let each = tiles.of_chunk(chunk).map(|tile| {
-                let mut survey = Self::of_particles(model, state, tiles.range(tile));
+                let range = tiles.range(tile);
+                let ahead = range.end..range.end + range.len();
+                prefetch(&state.positions, ahead.clone());
+                prefetch(&state.velocities, ahead.clone());
+                prefetch(&model.masses, ahead.clone());
+                prefetch(&model.gravity.masses, ahead);
+                weave.prefetch(tile + 1);
+                let mut survey = Self::of_particles(model, state, range);
                 if !with_elastic {
                     survey.stretch_squared = weave.largest_stretch_squared(tile, &state.positions);
                 }
