@@ -485,10 +485,9 @@ fn the_force_pass_is_the_sum_of_the_laws() {
             .for_each(|law| law.add_forces(state, &mut dampings));
         let pass = model.force_pass();
         let [mut all, mut of_laws, mut of_dampings] = [(); 3].map(|()| zero.clone());
-        let nothing = &mut vec![(); all.len()];
-        pass.set_all(state, &mut all, nothing, |_, _, _| {});
-        pass.set_laws(state, &mut of_laws);
-        pass.set_dampings(state, &mut of_dampings);
+        pass.set_all(state, &mut all, (), |_, _, ()| {});
+        pass.set_laws(state, &mut of_laws, (), |_, _, ()| {});
+        pass.set_dampings(state, &mut of_dampings, (), |_, _, ()| {});
         let scale = laws
             .iter()
             .chain(&dampings)

@@ -1,8 +1,8 @@
 //! Damping: mass-proportional on all motion, stiffness-proportional on change of length only.
 
-use super::pass::Lists;
-use super::{Cut, Spring, SpringBatch, Stiffness, Window};
-use crate::linear::{Assembly, Chunks, LineBlock, Pattern};
+use super::pass::{Lists, Tiled};
+use super::{Cut, Spring, SpringBatch, Stiffness, Tiles, Window};
+use crate::linear::{Assembly, LineBlock, Pattern};
 use crate::state::State;
 use glam::DVec3;
 use std::fmt::Debug;
@@ -47,8 +47,8 @@ pub trait Damping: Debug + Send + Sync {
     /// Adds the damping forces (N).
     fn add_forces(&self, state: &State, forces: &mut [DVec3]);
 
-    /// The damping cut by chunks of the particles, for [`super::ForcePass`].
-    fn cut(&self, chunks: Chunks) -> Box<dyn Cut>;
+    /// The damping cut by tiles of the particles, for [`super::ForcePass`].
+    fn cut(&self, tiles: Tiles) -> Box<dyn Cut>;
 
     /// Particles between which the law has blocks.
     fn pattern(&self) -> Pattern;
@@ -85,7 +85,7 @@ impl Damping for MassDamping {
         Cut::add_forces(self, 0, state, &mut Window::whole(forces));
     }
 
-    fn cut(&self, _: Chunks) -> Box<dyn Cut> {
+    fn cut(&self, _: Tiles) -> Box<dyn Cut> {
         Box::new(self.clone())
     }
 
@@ -102,11 +102,11 @@ impl Damping for MassDamping {
 
 impl Cut for MassDamping {
     fn add_forces(&self, _: usize, state: &State, window: &mut Window<'_>) {
-        let range = window.range();
+        let (range, forces) = window.tile();
         let moving = self.drag[range.clone()]
             .iter()
             .zip(&state.velocities[range]);
-        for (force, (&c, &v)) in window.forces.iter_mut().zip(moving) {
+        for (force, (&c, &v)) in forces.iter_mut().zip(moving) {
             *force -= v * c;
         }
     }
@@ -186,12 +186,13 @@ impl Damping for SpringDamping {
         add_forces(self.dampers(), state, &mut Window::whole(forces));
     }
 
-    fn cut(&self, chunks: Chunks) -> Box<dyn Cut> {
+    fn cut(&self, tiles: Tiles) -> Box<dyn Cut> {
         let dampers: Vec<Damper> = self.dampers().collect();
         let add = |dampers: &[Damper], state: &State, window: &mut Window<'_>| {
             add_forces(dampers.iter().copied(), state, window);
         };
-        Box::new(Lists::new(chunks, &dampers, |(s, _)| s.ends, add))
+        let tiled = Tiled::new(tiles, &dampers, |(s, _)| s.ends);
+        Box::new(Lists { tiled, add })
     }
 
     fn pattern(&self) -> Pattern {

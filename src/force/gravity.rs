@@ -1,7 +1,6 @@
 //! Uniform gravity.
 
-use super::{Cut, Force, Window};
-use crate::linear::Chunks;
+use super::{Cut, Force, Tiles, Window};
 use crate::state::State;
 use glam::DVec3;
 use std::ops::Range;
@@ -61,15 +60,15 @@ impl Force for Gravity {
         Cut::add_forces(self, 0, state, &mut Window::whole(forces));
     }
 
-    fn cut(&self, _: Chunks) -> Box<dyn Cut> {
+    fn cut(&self, _: Tiles) -> Box<dyn Cut> {
         Box::new(self.clone())
     }
 }
 
 impl Cut for Gravity {
     fn add_forces(&self, _: usize, _: &State, window: &mut Window<'_>) {
-        let masses = &self.masses[window.range()];
-        for (force, &m) in window.forces.iter_mut().zip(masses) {
+        let (range, forces) = window.tile();
+        for (force, &m) in forces.iter_mut().zip(&self.masses[range]) {
             *force += self.acceleration * m;
         }
     }

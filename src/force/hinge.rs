@@ -4,9 +4,9 @@
 //! a hinge of a given cloth must be is the scene's: a plate rigidity, calibrated on the mesh.
 
 use super::dihedral::{Hessian, PAIRS};
-use super::pass::Lists;
-use super::{Cut, Dihedral, Fold, Force, Jacobian, Stiffness, Window};
-use crate::linear::{Assembly, Chunks, Pattern};
+use super::pass::{Lists, Tiled};
+use super::{Cut, Dihedral, Fold, Force, Jacobian, Stiffness, Tiles, Window};
+use crate::linear::{Assembly, Pattern};
 use crate::state::State;
 use glam::DVec3;
 use std::fmt::Debug;
@@ -91,9 +91,10 @@ impl<L: BendingLaw> Force for HingeBatch<L> {
         add_forces::<L>(&self.hinges, state, &mut Window::whole(forces));
     }
 
-    fn cut(&self, chunks: Chunks) -> Box<dyn Cut> {
-        let corners = |hinge: &Hinge| hinge.corners;
-        Box::new(Lists::new(chunks, &self.hinges, corners, add_forces::<L>))
+    fn cut(&self, tiles: Tiles) -> Box<dyn Cut> {
+        let tiled = Tiled::new(tiles, &self.hinges, |hinge| hinge.corners);
+        let add = add_forces::<L>;
+        Box::new(Lists { tiled, add })
     }
 }
 

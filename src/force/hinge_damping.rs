@@ -2,9 +2,9 @@
 
 use super::dihedral::Hessian;
 use super::hinge::{add_hessian, hinge_pattern};
-use super::pass::Lists;
-use super::{Cut, DAMPINGS, DampedMotion, Damping, Dihedral, Hinge, Window};
-use crate::linear::{Assembly, Chunks, Pattern};
+use super::pass::{Lists, Tiled};
+use super::{Cut, DAMPINGS, DampedMotion, Damping, Dihedral, Hinge, Tiles, Window};
+use crate::linear::{Assembly, Pattern};
 use crate::state::State;
 use glam::DVec3;
 use std::ops::Range;
@@ -75,12 +75,13 @@ impl Damping for HingeDamping {
         add_forces(self.dampers(), state, &mut Window::whole(forces));
     }
 
-    fn cut(&self, chunks: Chunks) -> Box<dyn Cut> {
+    fn cut(&self, tiles: Tiles) -> Box<dyn Cut> {
         let dampers: Vec<Damper> = self.dampers().collect();
         let add = |dampers: &[Damper], state: &State, window: &mut Window<'_>| {
             add_forces(dampers.iter().copied(), state, window);
         };
-        Box::new(Lists::new(chunks, &dampers, |(h, _)| h.corners, add))
+        let tiled = Tiled::new(tiles, &dampers, |(h, _)| h.corners);
+        Box::new(Lists { tiled, add })
     }
 
     fn pattern(&self) -> Pattern {

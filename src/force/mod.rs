@@ -10,8 +10,10 @@ mod edge_spring;
 mod gravity;
 mod hinge;
 mod hinge_damping;
+mod packed;
 mod pass;
 mod spring;
+mod weave;
 
 pub use damping::{DAMPINGS, DampedMotion, Damping, MassDamping, SpringDamping, damper_force};
 pub use dihedral::{Dihedral, Fold};
@@ -20,13 +22,14 @@ pub use edge_spring::EdgeSpring;
 pub use gravity::Gravity;
 pub use hinge::{BendingLaw, Hinge, HingeBatch};
 pub use hinge_damping::HingeDamping;
-pub use pass::{Cut, ForcePass, Window};
+pub use pass::{Cut, ForcePass, Tiles, Window};
 pub use spring::{
     Spring, SpringBatch, energy, energy_and_stretch_squared, force, jacobian,
     largest_stretch_squared,
 };
+pub use weave::Weave;
 
-use crate::linear::{Assembly, Chunks, Pattern};
+use crate::linear::{Assembly, Pattern};
 use crate::state::State;
 use glam::DVec3;
 use std::fmt::Debug;
@@ -51,8 +54,8 @@ pub trait Force: Debug + Send + Sync {
     /// Adds −∂E/∂x (N) to `forces`, one entry a particle.
     fn add_forces(&self, state: &State, forces: &mut [DVec3]);
 
-    /// The law cut by chunks of the particles, for [`ForcePass`].
-    fn cut(&self, chunks: Chunks) -> Box<dyn Cut>;
+    /// The law cut by tiles of the particles, for [`ForcePass`].
+    fn cut(&self, tiles: Tiles) -> Box<dyn Cut>;
 }
 
 /// A force whose derivative the implicit schemes need.

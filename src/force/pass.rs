@@ -5,18 +5,79 @@
 //! crosses the border of two chunks is worked out in both, and each takes its own side. So no two
 //! threads write to one place, and every particle's forces are added up in one order, whatever the
 //! number of threads.
+//!
+//! A chunk is gone through tile by tile, all laws on one before the next, and particles that no later
+//! tile touches are handed on at once: what is beyond the caches is read once and written once.
 
 use super::{Damping, Force};
-use crate::linear::Chunks;
+use crate::linear::{Chunks, Shared, prefetch};
 use crate::state::State;
 use glam::DVec3;
 use std::fmt::Debug;
 use std::ops::Range;
 
-/// A law, or a damping, cut by chunks of the particles.
+/// A law, or a damping, cut by tiles of the particles.
 pub trait Cut: Debug + Send + Sync {
-    /// Adds the forces (N) on the particles of a chunk, which the window shows.
-    fn add_forces(&self, chunk: usize, state: &State, window: &mut Window<'_>);
+    /// Adds the forces (N) of a tile's elements on the particles that the window shows.
+    fn add_forces(&self, tile: usize, state: &State, window: &mut Window<'_>);
+
+    /// Asks for a tile's elements ahead of their use.
+    fn prefetch(&self, _tile: usize) {}
+
+    /// The lowest of a chunk's particles that elements of one of its tiles act on, where that may be
+    /// below the tile's own.
+    fn lowest(&self, _tile: usize) -> usize {
+        usize::MAX
+    }
+}
+
+/// Particles in a tile: what belongs to them stays in the first-level cache from law to law. Twice as
+/// many or half as many are as good.
+const TILE: usize = 128;
+
+/// Chunks of the particles, cut into tiles.
+#[derive(Clone, Copy, Debug)]
+pub struct Tiles {
+    chunks: Chunks,
+    /// Tiles of a chunk.
+    each: usize,
+}
+
+impl Tiles {
+    /// The tiles of some particles.
+    pub fn of(particles: usize) -> Self {
+        let chunks = Chunks::of(particles);
+        let each = chunks.size().div_ceil(TILE);
+        Self { chunks, each }
+    }
+
+    /// Number of tiles.
+    pub(super) fn count(self) -> usize {
+        self.chunks.count() * self.each
+    }
+
+    /// The chunks.
+    pub fn chunks(self) -> Chunks {
+        self.chunks
+    }
+
+    /// The tiles of a chunk.
+    pub fn of_chunk(self, chunk: usize) -> Range<usize> {
+        chunk * self.each..(chunk + 1) * self.each
+    }
+
+    /// The particles of a tile.
+    pub fn range(self, tile: usize) -> Range<usize> {
+        let chunk = self.chunks.range(tile / self.each);
+        let start = chunk.start + tile % self.each * TILE;
+        start.min(chunk.end)..(start + TILE).min(chunk.end)
+    }
+
+    /// The tile that a particle is in.
+    fn at(self, particle: usize) -> usize {
+        let chunk = self.chunks.at(particle);
+        chunk * self.each + (particle - self.chunks.range(chunk).start) / TILE
+    }
 }
 
 /// The forces on neighbouring particles.
@@ -25,18 +86,28 @@ pub struct Window<'a> {
     /// Number of the first particle.
     first: usize,
     /// Force on each (N).
-    pub(super) forces: &'a mut [DVec3],
+    forces: &'a mut [DVec3],
+    /// The particles of the tile that is worked on.
+    tile: Range<usize>,
 }
 
 impl<'a> Window<'a> {
     /// The forces on all particles.
     pub(super) fn whole(forces: &'a mut [DVec3]) -> Self {
-        Self { first: 0, forces }
+        Self {
+            first: 0,
+            tile: 0..forces.len(),
+            forces,
+        }
     }
 
-    /// The numbers of its particles.
-    pub(super) fn range(&self) -> Range<usize> {
-        self.first..self.first + self.forces.len()
+    /// The numbers of the tile's particles, and the forces on them.
+    pub(super) fn tile(&mut self) -> (Range<usize>, &mut [DVec3]) {
+        let Range { start, end } = self.tile;
+        (
+            start..end,
+            &mut self.forces[start - self.first..end - self.first],
+        )
     }
 
     /// Adds a force on a particle, if the window shows it.
@@ -51,64 +122,160 @@ impl<'a> Window<'a> {
     }
 }
 
-/// The elements of one law by chunk, and how their forces are added.
-pub(super) struct Lists<E> {
-    chunks: Vec<Vec<E>>,
-    add: fn(&[E], &State, &mut Window<'_>),
+/// The lowest and the highest of an element's particles.
+struct Placed {
+    low: usize,
+    high: usize,
 }
 
-impl<E: Copy> Lists<E> {
-    /// Sorts elements into the lists of the chunks that they touch: those that touch no other chunk
-    /// first, each in the order of their lowest particles, so that what is next in the list is near
-    /// in memory.
+impl Placed {
+    fn of<'a>(particles: impl Iterator<Item = &'a u32>) -> Self {
+        let (low, high) = particles.fold((usize::MAX, 0), |(low, high), &i| {
+            (low.min(i as usize), high.max(i as usize))
+        });
+        Self { low, high }
+    }
+}
+
+/// Elements in the order in which a pass goes through them.
+pub(super) struct Tiled<E> {
+    pub(super) elements: Vec<E>,
+    /// Where each tile's elements end.
+    ends: Vec<usize>,
+    /// The lowest of the chunk's particles that each tile's elements touch.
+    lowest: Vec<usize>,
+}
+
+impl<E: Copy> Tiled<E> {
+    /// Sorts elements by the tiles that they belong to, in every chunk that they touch the one of their
+    /// highest particle there. In a tile come first those that touch no other chunk, each in the order
+    /// of their lowest particles, so that what is next in the list is near in memory.
     pub(super) fn new<const N: usize>(
-        chunks: Chunks,
+        tiles: Tiles,
         elements: &[E],
         particles: impl Fn(&E) -> [u32; N],
-        add: fn(&[E], &State, &mut Window<'_>),
     ) -> Self {
-        let touched = |element: &E| particles(element).map(|i| chunks.at(i as usize));
-        let mut lists = vec![Vec::new(); chunks.count()];
+        let chunks = tiles.chunks;
+        let mut found = Vec::with_capacity(elements.len());
         for element in elements {
-            let touched = touched(element);
+            let corners = particles(element);
+            let touched = corners.map(|i| chunks.at(i as usize));
+            let crosses = touched.iter().any(|chunk| *chunk != touched[0]);
             for (corner, &chunk) in touched.iter().enumerate() {
                 if !touched[..corner].contains(&chunk) {
-                    lists[chunk].push(*element);
+                    let there = |&&i: &&u32| chunks.at(i as usize) == chunk;
+                    found.push((crosses, Placed::of(corners.iter().filter(there)), *element));
                 }
             }
         }
-        for list in &mut lists {
-            list.sort_by_key(|element| {
-                let touched = touched(element);
-                let crosses = touched.iter().any(|chunk| *chunk != touched[0]);
-                (crosses, particles(element).into_iter().min())
-            });
-            list.shrink_to_fit();
+        found.sort_by_key(|(crosses, at, _)| (tiles.at(at.high), *crosses, at.low));
+        let sorted = found.into_iter().map(|(_, at, element)| (at, element));
+        Self::sorted(tiles, sorted)
+    }
+
+    /// Sorts elements into the tiles of their highest particles, each once.
+    pub(super) fn once<const N: usize>(
+        tiles: Tiles,
+        elements: &[E],
+        particles: impl Fn(&E) -> [u32; N],
+    ) -> Self {
+        let placed = |element: &E| (Placed::of(particles(element).iter()), *element);
+        let mut found: Vec<_> = elements.iter().map(placed).collect();
+        found.sort_by_key(|(at, _)| (tiles.at(at.high), at.low));
+        Self::sorted(tiles, found.into_iter())
+    }
+
+    fn sorted(tiles: Tiles, found: impl Iterator<Item = (Placed, E)>) -> Self {
+        let mut ends = vec![0; tiles.count()];
+        let mut lowest = vec![usize::MAX; tiles.count()];
+        let mut elements = Vec::new();
+        for (at, element) in found {
+            let tile = tiles.at(at.high);
+            lowest[tile] = lowest[tile].min(at.low);
+            elements.push(element);
+            ends[tile] = elements.len();
         }
-        Self { chunks: lists, add }
+        for tile in 1..ends.len() {
+            ends[tile] = ends[tile].max(ends[tile - 1]);
+        }
+        elements.shrink_to_fit();
+        Self {
+            elements,
+            ends,
+            lowest,
+        }
+    }
+
+    /// The same order of others, one for each element.
+    pub(super) fn with<F>(&self, elements: Vec<F>) -> Tiled<F> {
+        Tiled {
+            elements,
+            ends: self.ends.clone(),
+            lowest: self.lowest.clone(),
+        }
     }
 }
 
-impl<E> Debug for Lists<E> {
+impl<E> Tiled<E> {
+    /// The elements of a tile.
+    pub(super) fn of(&self, tile: usize) -> &[E] {
+        let start = tile.checked_sub(1).map_or(0, |before| self.ends[before]);
+        &self.elements[start..self.ends[tile]]
+    }
+
+    /// Asks for a tile's elements ahead of their use.
+    pub(super) fn prefetch(&self, tile: usize) {
+        if tile > 0 && tile < self.ends.len() {
+            prefetch(&self.elements, self.ends[tile - 1]..self.ends[tile]);
+        }
+    }
+
+    pub(super) fn tiles(&self) -> usize {
+        self.ends.len()
+    }
+
+    pub(super) fn lowest(&self, tile: usize) -> usize {
+        self.lowest[tile]
+    }
+}
+
+impl<E> Debug for Tiled<E> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let lengths = self.chunks.iter().map(Vec::len);
-        f.debug_list().entries(lengths).finish()
+        f.debug_list().entries(&self.ends).finish()
     }
 }
 
-impl<E: Send + Sync> Cut for Lists<E> {
-    fn add_forces(&self, chunk: usize, state: &State, window: &mut Window<'_>) {
-        (self.add)(&self.chunks[chunk], state, window);
+/// The elements of one law by tile, and how their forces are added.
+#[derive(Debug)]
+pub(super) struct Lists<E> {
+    pub(super) tiled: Tiled<E>,
+    pub(super) add: fn(&[E], &State, &mut Window<'_>),
+}
+
+impl<E: Debug + Send + Sync> Cut for Lists<E> {
+    fn add_forces(&self, tile: usize, state: &State, window: &mut Window<'_>) {
+        (self.add)(self.tiled.of(tile), state, window);
+    }
+
+    fn prefetch(&self, tile: usize) {
+        self.tiled.prefetch(tile);
+    }
+
+    fn lowest(&self, tile: usize) -> usize {
+        self.tiled.lowest(tile)
     }
 }
 
-/// All laws and dampings of a model, cut by chunks of its particles. When elements come or go, a new
+/// All laws and dampings of a model, cut by tiles of its particles. When elements come or go, a new
 /// one has to be made.
 #[derive(Debug)]
 pub struct ForcePass {
-    chunks: Chunks,
+    tiles: Tiles,
     laws: Vec<Box<dyn Cut>>,
     dampings: Vec<Box<dyn Cut>>,
+    /// For each tile, the first particle that it or later ones of its chunk have elements on once it is
+    /// done.
+    settled: Vec<usize>,
 }
 
 impl ForcePass {
@@ -118,56 +285,100 @@ impl ForcePass {
         forces: impl Iterator<Item = &'a dyn Force>,
         dampings: impl Iterator<Item = &'a dyn Damping>,
     ) -> Self {
-        let chunks = Chunks::of(particles);
+        let tiles = Tiles::of(particles);
+        let laws: Vec<_> = forces.map(|law| law.cut(tiles)).collect();
+        let dampings: Vec<_> = dampings.map(|damping| damping.cut(tiles)).collect();
+        let mut settled = vec![0; tiles.count()];
+        for chunk in 0..tiles.chunks.count() {
+            let mut least = usize::MAX;
+            for tile in tiles.of_chunk(chunk).rev() {
+                settled[tile] = least.min(tiles.range(tile).end);
+                let lowest = laws.iter().chain(&dampings).map(|law| law.lowest(tile));
+                least = lowest.fold(least, usize::min);
+            }
+        }
         Self {
-            chunks,
-            laws: forces.map(|law| law.cut(chunks)).collect(),
-            dampings: dampings.map(|damping| damping.cut(chunks)).collect(),
+            tiles,
+            laws,
+            dampings,
+            settled,
         }
     }
 
-    /// Sets the forces of all laws and dampings (N). Each chunk is handed to `finish` when it is
-    /// done, with the number of its first particle, and with it the same particles' share of another
-    /// list.
-    pub fn set_all<T: Send>(
+    /// Whether there is any damping.
+    pub fn is_damped(&self) -> bool {
+        !self.dampings.is_empty()
+    }
+
+    /// Sets the forces of all laws and dampings (N). Particles are handed to `finish` as soon as theirs
+    /// are known, with the number of the first, and with them the same particles' share of other lists.
+    pub fn set_all<S: Shared>(
         &self,
         state: &State,
         forces: &mut [DVec3],
-        own: &mut [T],
-        finish: impl Fn(usize, &mut [DVec3], &mut [T]) + Sync,
+        own: S,
+        finish: impl Fn(usize, &mut [DVec3], S) + Sync,
     ) {
         self.set(&[&self.laws, &self.dampings], state, forces, own, finish);
     }
 
     /// Sets the forces of all laws without damping (N).
-    pub fn set_laws(&self, state: &State, forces: &mut [DVec3]) {
-        let nothing = &mut vec![(); forces.len()]; // takes no memory
-        self.set(&[&self.laws], state, forces, nothing, |_, _, _| {});
+    pub fn set_laws<S: Shared>(
+        &self,
+        state: &State,
+        forces: &mut [DVec3],
+        own: S,
+        finish: impl Fn(usize, &mut [DVec3], S) + Sync,
+    ) {
+        self.set(&[&self.laws], state, forces, own, finish);
     }
 
     /// Sets the forces of all dampings (N).
-    pub fn set_dampings(&self, state: &State, forces: &mut [DVec3]) {
-        let nothing = &mut vec![(); forces.len()];
-        self.set(&[&self.dampings], state, forces, nothing, |_, _, _| {});
+    pub fn set_dampings<S: Shared>(
+        &self,
+        state: &State,
+        forces: &mut [DVec3],
+        own: S,
+        finish: impl Fn(usize, &mut [DVec3], S) + Sync,
+    ) {
+        self.set(&[&self.dampings], state, forces, own, finish);
     }
 
-    fn set<T: Send>(
+    fn set<S: Shared>(
         &self,
         lists: &[&[Box<dyn Cut>]],
         state: &State,
         forces: &mut [DVec3],
-        own: &mut [T],
-        finish: impl Fn(usize, &mut [DVec3], &mut [T]) + Sync,
+        own: S,
+        finish: impl Fn(usize, &mut [DVec3], S) + Sync,
     ) {
-        self.chunks
-            .for_each_of_two(forces, own, |chunk, forces, own| {
-                forces.fill(DVec3::ZERO);
-                let first = self.chunks.range(chunk).start;
-                let mut window = Window { first, forces };
+        let chunks = self.tiles.chunks;
+        chunks.for_each_of((forces, own), |chunk, (forces, mut own)| {
+            let first = chunks.range(chunk).start;
+            let mut window = Window {
+                first,
+                forces,
+                tile: first..first,
+            };
+            let mut done = first;
+            for tile in self.tiles.of_chunk(chunk) {
+                window.tile = self.tiles.range(tile);
+                window.tile().1.fill(DVec3::ZERO);
+                let ahead = window.tile.end..window.tile.end + TILE;
+                let from = |first: usize| ahead.start - first..ahead.end - first;
+                prefetch(&state.positions, from(0));
+                prefetch(&state.velocities, from(0));
+                prefetch(window.forces, from(first));
+                own.prefetch(from(done));
                 for law in lists.iter().copied().flatten() {
-                    law.add_forces(chunk, state, &mut window);
+                    law.prefetch(tile + 1);
+                    law.add_forces(tile, state, &mut window);
                 }
-                finish(first, window.forces, own);
-            });
+                let settled = self.settled[tile].max(done);
+                let (now, later) = own.split_at(settled - done);
+                finish(done, &mut window.forces[done - first..settled - first], now);
+                (done, own) = (settled, later);
+            }
+        });
     }
 }

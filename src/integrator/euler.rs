@@ -1,7 +1,7 @@
 //! Explicit (forward) Euler: the scheme that shows why not.
 
 use super::Scheme;
-use super::explicit::Accelerations;
+use super::explicit::{Accelerations, parts};
 use crate::collision::Contacts;
 use crate::linear::Solve;
 use crate::model::Model;
@@ -34,8 +34,10 @@ impl Scheme for Euler {
         before: &State,
         state: &mut State,
     ) -> Solve {
-        self.pass
-            .step(model, before, state, |[x, v], a| [x + v * dt, v + a * dt]);
+        self.pass.step(model, before, parts(state), |i, a| {
+            let v = before.velocities[i];
+            [before.positions[i] + v * dt, v + a * dt]
+        });
         Solve::NONE
     }
 }

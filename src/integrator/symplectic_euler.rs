@@ -1,7 +1,7 @@
 //! Symplectic (semi-implicit) Euler.
 
 use super::Scheme;
-use super::explicit::Accelerations;
+use super::explicit::{Accelerations, parts};
 use crate::collision::Contacts;
 use crate::linear::Solve;
 use crate::model::Model;
@@ -33,9 +33,9 @@ impl Scheme for SymplecticEuler {
         before: &State,
         state: &mut State,
     ) -> Solve {
-        self.pass.step(model, before, state, |[x, v], a| {
-            let v = v + a * dt;
-            [x + v * dt, v]
+        self.pass.step(model, before, parts(state), |i, a| {
+            let v = before.velocities[i] + a * dt;
+            [before.positions[i] + v * dt, v]
         });
         Solve::NONE
     }

@@ -4,10 +4,9 @@
 //! λ = 1.
 
 use super::Scheme;
-use super::explicit::update;
 use crate::collision::Contacts;
 use crate::force::ForcePass;
-use crate::linear::Solve;
+use crate::linear::{Chunks, Solve};
 use crate::model::Model;
 use crate::state::State;
 use glam::DVec3;
@@ -24,9 +23,9 @@ pub(super) struct Verlet {
     at: Vec<DVec3>,
     /// Releases of pins that had happened then: they change stiffnesses. None before the first step.
     released: Option<usize>,
-    /// Forces of damping (N).
+    /// Forces of damping (N); empty without.
     damping: Vec<DVec3>,
-    /// Velocities in the middle of the step (m/s).
+    /// Velocities in the middle of the step (m/s), then at its end.
     middle: Vec<DVec3>,
 }
 
@@ -34,13 +33,100 @@ impl Verlet {
     pub(super) fn new(model: &Model) -> Self {
         let zero = vec![DVec3::ZERO; model.particles()];
         let moves = model.strain_limit.is_some() || !model.obstacles.is_empty();
+        let pass = model.force_pass();
         Self {
-            pass: model.force_pass(),
             forces: zero.clone(),
             at: vec![DVec3::ZERO; if moves { model.particles() } else { 0 }],
             released: None,
-            damping: zero.clone(),
+            damping: vec![
+                DVec3::ZERO;
+                if pass.is_damped() {
+                    model.particles()
+                } else {
+                    0
+                }
+            ],
             middle: zero,
+            pass,
+        }
+    }
+
+    /// Takes the laws' forces at a state, unless the last step has left them.
+    fn begin(&mut self, model: &Model, before: &State) {
+        let Self {
+            pass,
+            forces,
+            at,
+            released,
+            ..
+        } = self;
+        if *released != Some(model.released()) {
+            *pass = model.force_pass(); // hinges at clamps have changed
+        }
+        // Where pins are driven differs in the last bit from where they were driven to.
+        let stays = |i: usize| at[i] == before.positions[i] || model.is_pinned(i);
+        if *released != Some(model.released()) || !(0..at.len()).all(stays) {
+            *released = Some(model.released());
+            pass.set_laws(before, forces, (), |_, _, ()| {});
+        }
+    }
+
+    /// v½ = v₀ + dt/2 a(x₀, v₀), x₁ = x₀ + dt v½, and with damping v̂.
+    fn kick_and_drift(&mut self, model: &Model, dt: f64, before: &State, state: &mut State) {
+        let Self {
+            pass,
+            forces,
+            damping,
+            middle,
+            ..
+        } = self;
+        let half = |i: usize| 0.5 * dt * model.inverse_masses[i];
+        let own = (&mut state.positions[..], &mut middle[..]);
+        if pass.is_damped() {
+            let own = (&mut state.velocities[..], own);
+            pass.set_dampings(before, damping, own, |first, damping, (v, (x, middle))| {
+                for k in 0..damping.len() {
+                    let i = first + k;
+                    let gain = (forces[i] + damping[k]) * half(i);
+                    middle[k] = before.velocities[i] + gain;
+                    x[k] = before.positions[i] + middle[k] * dt;
+                    v[k] = middle[k] + gain;
+                }
+            });
+        } else {
+            let chunks = Chunks::of(forces.len());
+            chunks.for_each_of(own, |chunk, (x, middle)| {
+                let first = chunks.range(chunk).start;
+                for (k, (x, middle)) in x.iter_mut().zip(middle).enumerate() {
+                    let i = first + k;
+                    *middle = before.velocities[i] + forces[i] * half(i);
+                    *x = before.positions[i] + *middle * dt;
+                }
+            });
+        }
+    }
+
+    /// Sets `middle` to v₁ = v½ + dt/2 a(x₁, v̂).
+    fn kick(&mut self, model: &Model, dt: f64, state: &State) {
+        let Self {
+            pass,
+            forces,
+            damping,
+            middle,
+            ..
+        } = self;
+        let kick = |first: usize, forces: &[DVec3], middle: &mut [DVec3]| {
+            for (k, (f, v)) in forces.iter().zip(middle).enumerate() {
+                *v += *f * (0.5 * dt * model.inverse_masses[first + k]);
+            }
+        };
+        pass.set_laws(state, forces, &mut middle[..], |first, forces, middle| {
+            kick(first, forces, middle);
+        });
+        if pass.is_damped() {
+            pass.set_dampings(state, damping, &mut middle[..], |first, damping, middle| {
+                kick(first, damping, middle);
+            });
         }
     }
 }
@@ -59,40 +145,14 @@ impl Scheme for Verlet {
         before: &State,
         state: &mut State,
     ) -> Solve {
-        let Self {
-            pass,
-            forces,
-            at,
-            damping,
-            middle,
-            released,
-        } = self;
-        if *released != Some(model.released()) {
-            *pass = model.force_pass(); // hinges at clamps have changed
-        }
-        // Where pins are driven differs in the last bit from where they were driven to.
-        let stays = |i: usize| at[i] == before.positions[i] || model.is_pinned(i);
-        if *released != Some(model.released()) || !(0..at.len()).all(stays) {
-            *released = Some(model.released());
-            pass.set_laws(before, forces);
-        }
-        pass.set_dampings(before, damping);
-        let half = |i: usize| 0.5 * dt * model.inverse_masses[i];
-        update(state, middle, |i, x, v, middle| {
-            let gain = (forces[i] + damping[i]) * half(i);
-            *middle = before.velocities[i] + gain;
-            *x = before.positions[i] + *middle * dt;
-            *v = *middle + gain;
-        });
+        self.begin(model, before);
+        self.kick_and_drift(model, dt, before, state);
         state.time = before.time + dt;
         model.drive(state);
-        pass.set_laws(state, forces);
-        pass.set_dampings(state, damping);
-        let moves = at.len();
-        at.copy_from_slice(&state.positions[..moves]);
-        update(state, middle, |i, _, v, middle| {
-            *v = *middle + (forces[i] + damping[i]) * half(i);
-        });
+        self.kick(model, dt, state);
+        let moves = self.at.len();
+        self.at.copy_from_slice(&state.positions[..moves]);
+        std::mem::swap(&mut state.velocities, &mut self.middle);
         Solve::NONE
     }
 

@@ -1,8 +1,46 @@
 //! Fixed chunks of a list, whose results don't depend on the number of threads that work on them.
 
-use super::CHUNK;
-use rayon::prelude::*;
+use super::{CHUNK, prefetch};
 use std::ops::Range;
+
+/// Lists of one length that threads share out.
+pub trait Shared: Send + Sized {
+    /// The first entries of each, and those behind.
+    fn split_at(self, middle: usize) -> (Self, Self);
+
+    /// Asks for some entries of each ahead of their use.
+    fn prefetch(&self, entries: Range<usize>);
+}
+
+impl Shared for () {
+    fn split_at(self, _: usize) -> (Self, Self) {
+        ((), ())
+    }
+
+    fn prefetch(&self, _: Range<usize>) {}
+}
+
+impl<T: Send> Shared for &mut [T] {
+    fn split_at(self, middle: usize) -> (Self, Self) {
+        self.split_at_mut(middle)
+    }
+
+    fn prefetch(&self, entries: Range<usize>) {
+        prefetch(self, entries);
+    }
+}
+
+impl<A: Shared, B: Shared> Shared for (A, B) {
+    fn split_at(self, middle: usize) -> (Self, Self) {
+        let (a, b) = (self.0.split_at(middle), self.1.split_at(middle));
+        ((a.0, b.0), (a.1, b.1))
+    }
+
+    fn prefetch(&self, entries: Range<usize>) {
+        self.0.prefetch(entries.clone());
+        self.1.prefetch(entries);
+    }
+}
 
 /// A list cut into chunks of one size; the last may be shorter.
 ///
@@ -57,24 +95,31 @@ impl Chunks {
 
     /// Works on every chunk of a list, on all threads of the pool it is called in.
     pub fn for_each<T: Send>(self, list: &mut [T], work: impl Fn(usize, &mut [T]) + Sync) {
-        let nothing = &mut vec![(); list.len()]; // takes no memory
-        self.for_each_of_two(list, nothing, |chunk, part, _| work(chunk, part));
+        self.for_each_of(list, work);
     }
 
-    /// The same with two lists of one length.
-    pub fn for_each_of_two<T: Send, U: Send>(
-        self,
-        first: &mut [T],
-        second: &mut [U],
-        work: impl Fn(usize, &mut [T], &mut [U]) + Sync,
-    ) {
-        if self.count() == 1 {
-            work(0, first, second); // not worth waking anybody
-        } else {
-            let each = first.par_chunks_mut(self.size);
-            let each = each.zip(second.par_chunks_mut(self.size)).enumerate();
-            each.for_each(|(chunk, (first, second))| work(chunk, first, second));
+    /// The same with lists of one length.
+    pub fn for_each_of<S: Shared>(self, lists: S, work: impl Fn(usize, S) + Sync) {
+        if self.count() > 0 {
+            self.share_out(0..self.count(), lists, &work); // one chunk wakes nobody
         }
+    }
+
+    fn share_out<S: Shared>(
+        self,
+        chunks: Range<usize>,
+        lists: S,
+        work: &(impl Fn(usize, S) + Sync),
+    ) {
+        if chunks.len() < 2 {
+            return work(chunks.start, lists);
+        }
+        let middle = chunks.start + chunks.len() / 2;
+        let (first, second) = lists.split_at((middle - chunks.start) * self.size);
+        rayon::join(
+            || self.share_out(chunks.start..middle, first, work),
+            || self.share_out(middle..chunks.end, second, work),
+        );
     }
 
     /// What `look` finds in each chunk, in their order; found on all threads of the pool it is

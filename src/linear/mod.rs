@@ -13,16 +13,18 @@ mod constraint;
 mod lanczos;
 mod pair_matrix;
 mod pairs;
+mod prefetch;
 mod scalar_cholesky;
 pub(crate) mod team;
 
 pub use cholesky::{Cholesky, NotPositiveDefinite};
-pub use chunks::Chunks;
+pub use chunks::{Chunks, Shared};
 pub use coarse::Coarse;
 pub use conjugate_gradient::{ConjugateGradient, Limits, Solve, System};
 pub use constraint::Constraint;
 pub use lanczos::largest_eigenvalues;
 pub use pair_matrix::{Assembly, LineBlock, PairMatrix, Pattern, Slot, outer};
+pub(crate) use prefetch::prefetch;
 pub use scalar_cholesky::ScalarCholesky;
 pub use team::awake;
 

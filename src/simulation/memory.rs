@@ -13,6 +13,9 @@ impl Simulation {
             memory.add("particles", &state.positions);
             memory.add("particles", &state.velocities);
         }
+        for (family, bytes) in self.view.weave.bytes() {
+            memory.add_bytes(family, bytes);
+        }
         memory.add("strain_limit", &self.unlimited);
         memory.add("contact", &self.walls);
         memory.add("contact", &self.contacts.grips);

@@ -36,7 +36,7 @@ use crate::model::Model;
 use crate::state::State;
 use crate::strain_limit::{Limited, Wall};
 use glam::DVec3;
-use survey::{Survey, moving};
+use survey::{Survey, View, moving};
 
 /// A model, its state, and the scheme that moves it.
 #[derive(Debug)]
@@ -65,6 +65,8 @@ pub struct Simulation {
     /// Who has moved particles since the ledger's potential was taken.
     mover: Option<&'static str>,
     budget: Budget,
+    /// The model as it is looked at after each step.
+    view: View,
     /// A strain beyond this is no cloth's any more.
     sensible_strain: f64,
     stats: Stats,
@@ -115,6 +117,7 @@ impl Simulation {
             pin_work: PinWork::new(&model),
             mover: None,
             budget: Budget::open(&model, &state, dt),
+            view: View::of(&model),
             stats: Stats::default(),
             unlimited: vec![DVec3::ZERO; limited],
             walls: vec![Wall::default(); walled],
@@ -296,11 +299,12 @@ impl Simulation {
             model,
             state,
             stats,
+            view,
             ..
         } = self;
-        stats
-            .times
-            .time(Stage::Measure, || Survey::of(model, state, with_elastic))
+        stats.times.time(Stage::Measure, || {
+            Survey::of(model, view, state, with_elastic)
+        })
     }
 
     fn book(&mut self, step: &StepStats, kinetic: f64) {

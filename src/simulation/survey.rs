@@ -1,8 +1,8 @@
 //! What is measured of a state, in one look on all threads.
 
 use crate::energy::{Totals, kinetic_of};
-use crate::force::{Force as _, energy_and_stretch_squared, largest_stretch_squared};
-use crate::linear::Chunks;
+use crate::force::{Force as _, Tiles, Weave, energy_and_stretch_squared};
+use crate::linear::{Chunks, prefetch};
 use crate::model::Model;
 use crate::state::State;
 use glam::DVec3;
@@ -10,6 +10,23 @@ use std::ops::Range;
 
 /// A thousand kilometres (m): beyond, the recording's `f32` has lost every centimetre.
 const FAR: f64 = 1e6;
+
+/// A model as it is looked at: tile by tile, so that what is beyond the caches is read once.
+#[derive(Debug)]
+pub(super) struct View {
+    tiles: Tiles,
+    pub(super) weave: Weave,
+}
+
+impl View {
+    pub(super) fn of(model: &Model) -> Self {
+        let tiles = Tiles::of(model.particles());
+        Self {
+            weave: Weave::of(tiles, model.weave()),
+            tiles,
+        }
+    }
+}
 
 /// What a look at a state found. The default is what there is to see where there is nothing.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,30 +54,42 @@ impl Default for Survey {
 
 impl Survey {
     /// Looks at a state, `with_elastic` also at the energy of springs and hinges. Sums are taken in the
-    /// order of fixed chunks.
-    pub(super) fn of(model: &Model, state: &State, with_elastic: bool) -> Self {
-        let chunks = Chunks::of(model.particles());
+    /// order of fixed chunks and tiles.
+    pub(super) fn of(model: &Model, view: &View, state: &State, with_elastic: bool) -> Self {
+        let View { tiles, weave } = view;
+        let chunks = tiles.chunks();
         let look = |chunk: usize| {
-            let [elastic, stretch_squared] = if with_elastic {
-                look_at_elements(model, &state.positions, chunks, chunk)
-            } else {
-                let weave = model.weave().map(|batch| {
-                    let share = chunks.share(chunk, batch.springs.len());
-                    largest_stretch_squared(&batch.springs[share], &state.positions)
-                });
-                [0.0, weave.fold(f64::NEG_INFINITY, f64::max)]
-            };
-            let mut survey = Self::of_particles(model, state, chunks.range(chunk));
-            survey.energy.elastic = elastic;
-            survey.stretch_squared = stretch_squared;
+            let each = tiles.of_chunk(chunk).map(|tile| {
+                let range = tiles.range(tile);
+                let ahead = range.end..range.end + range.len();
+                prefetch(&state.positions, ahead.clone());
+                prefetch(&state.velocities, ahead.clone());
+                prefetch(&model.masses, ahead.clone());
+                prefetch(&model.gravity.masses, ahead);
+                weave.prefetch(tile + 1);
+                let mut survey = Self::of_particles(model, state, range);
+                if !with_elastic {
+                    survey.stretch_squared = weave.largest_stretch_squared(tile, &state.positions);
+                }
+                survey
+            });
+            let mut survey = each.fold(Self::default(), Self::and);
+            if with_elastic {
+                [survey.energy.elastic, survey.stretch_squared] =
+                    look_at_elements(model, &state.positions, chunks, chunk);
+            }
             survey
         };
-        chunks.map(look).fold(Self::default(), |all, chunk| Self {
-            finite: all.finite && chunk.finite,
-            near: all.near && chunk.near,
-            energy: all.energy + chunk.energy,
-            stretch_squared: all.stretch_squared.max(chunk.stretch_squared),
-        })
+        chunks.map(look).fold(Self::default(), Self::and)
+    }
+
+    fn and(self, other: Self) -> Self {
+        Self {
+            finite: self.finite && other.finite,
+            near: self.near && other.near,
+            energy: self.energy + other.energy,
+            stretch_squared: self.stretch_squared.max(other.stretch_squared),
+        }
     }
 
     fn of_particles(model: &Model, state: &State, range: Range<usize>) -> Self {
