@@ -161,7 +161,9 @@ fn contact(criterion: &mut Criterion) {
 /// nearest points 5 mm from it, a query.
 fn body(criterion: &mut Criterion) {
     let built = scene::build(&load("drape", &[])).unwrap_or_else(|error| panic!("{error}"));
-    let surface = built.model.obstacles[0].surface.clone();
+    let Solid::Mesh { surface, .. } = built.model.obstacles[0].shape.clone() else {
+        panic!("a mannequin is a mesh");
+    };
     let mesh = surface.mesh().clone();
     let mut group = criterion.benchmark_group("mannequin");
     for threads in [1, 2] {
