@@ -145,7 +145,7 @@ impl Impacts {
         if self.ground.layers.is_some() && first {
             let parts = self.ground.cloth_tree.parts();
             self.work(parts, |ground, part, found| {
-                ground.within_layers(part, found)
+                ground.within_layers(part, found);
             });
         } else if self.ground.layers.is_some() {
             self.choose(|stage, _, element| stage.ground.is_stale(element));
