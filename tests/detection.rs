@@ -39,7 +39,7 @@ impl Case {
         })
     }
 
-    /// x_j − x_i as two coefficients of each coordinate.
+    /// The way from one vertex to another, as two coefficients of each coordinate.
     fn between(&self, i: usize, j: usize) -> [[i128; 2]; 3] {
         let start = (self.start[j] - self.start[i]).to_array();
         let end = (self.end[j] - self.end[i]).to_array();
@@ -200,7 +200,7 @@ impl Numbers {
 
     /// From 0 to `most`.
     fn upto(&mut self, most: i64) -> i64 {
-        (self.next() % (most as u64 + 1)) as i64
+        (self.next() % (most as u64 + 1)).cast_signed()
     }
 
     fn point(&mut self, most: i64) -> I64Vec3 {

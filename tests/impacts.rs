@@ -557,7 +557,7 @@ fn a_ball_stops_a_sheet_and_is_not_entered() {
         floor: FLOOR,
     };
     for speed in [1.0, 100.0] {
-        world.impacts = Impacts::new(fabric_of(&world), &[solid.clone()], None);
+        world.impacts = Impacts::new(fabric_of(&world), std::slice::from_ref(&solid), None);
         let mut center = dvec3(0.03, -0.25, 0.01);
         for step in 0..20 {
             let from = center;

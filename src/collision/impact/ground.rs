@@ -144,14 +144,18 @@ impl Ground {
 
     /// Brings the boxes of the cloths up to date, where they are layers.
     pub(super) fn fit_cloth(&mut self) {
-        if self.layers.is_none() {
-            return;
+        let Self {
+            vertices,
+            cloth,
+            cloth_tree,
+            layers,
+            ..
+        } = self;
+        if let Some(layers) = layers {
+            fit(cloth_tree, cloth.len(), |item| {
+                swept(vertices, &cloth[item as usize]).grown(0.5 * layers.thickness)
+            });
         }
-        let mut tree = std::mem::replace(&mut self.cloth_tree, Bvh::new(&[]));
-        fit(&mut tree, self.cloth.len(), |item| {
-            self.layer_box(&self.cloth[item as usize])
-        });
-        self.cloth_tree = tree;
     }
 
     /// Box of an element of cloth: two overlap when the elements may come closer than their thickness.

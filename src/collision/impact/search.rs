@@ -13,12 +13,13 @@ pub(super) struct Found {
     pub(super) clear: Vec<(u32, f64)>,
 }
 
-/// An element is looked for around its way in a step and so many more, but no farther than [`FAR`]: as
-/// long as nothing comes closer it needn't be looked for again. TODO
+/// An element is looked for around its way in a step and so many more, but no farther than [`FAR`]: as long
+/// as nothing comes closer it needn't be looked for again.
 const AHEAD: f64 = 4.0;
 
-/// See [`AHEAD`] (m). TODO
-const FAR: f64 = 4e-3;
+/// See [`AHEAD`] (m). Searches for a sheet of 60 × 60 cells that falls on the mannequin take 0.74 s in
+/// 400 steps with 2 mm, 0.89 s with 0.5 mm, 0.83 s with 4 mm.
+const FAR: f64 = 2e-3;
 
 impl Ground {
     /// Looks for meetings of an element of cloth with solids.
