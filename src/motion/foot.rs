@@ -22,11 +22,13 @@ const CLEARANCE: f64 = 0.0129;
 /// to the swing after.
 const FLAT: f64 = 0.2;
 
-/// Shares of a swing in which it is led over from the ground and back to it.
+/// Shares of a swing in which it is led over from the ground and back to it: over longer ones it waited for the
+/// body behind, and the leg was too short for it ahead.
 const LEAVING: f64 = 0.25;
 const COMING: f64 = 0.2;
 
-/// Acceleration of the foot there, in strides a square of the stride's time.
+/// Half the acceleration of the foot there, in strides a square of the stride's time: harder braking jerks the
+/// knee, softer needs lower hips.
 const SPEEDING: f64 = 20.0;
 const BRAKING: f64 = 25.0;
 
