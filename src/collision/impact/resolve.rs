@@ -7,6 +7,7 @@ use super::search::Found;
 use super::slowing::slow;
 use super::stage::{Impacts, Resolved, Step, TASK};
 use super::touch::separate;
+use crate::strain_limit::Hold;
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -94,6 +95,27 @@ impl Impacts {
         }
         self.end();
         resolved
+    }
+
+    /// The gaps that were kept open in the last step.
+    pub fn holds(&self, holds: &mut Vec<Hold>) {
+        holds.clear();
+        let is_solid = |i: u32| i as usize >= self.particles;
+        let ends = &self.ground.vertices.end;
+        holds.extend(self.touches.iter().map(|touch| {
+            let mut hold = Hold {
+                particles: touch.vertices,
+                weights: touch.weights,
+                normal: touch.normal,
+                offset: touch.target,
+            };
+            for k in (0..4).filter(|&k| is_solid(touch.vertices[k])) {
+                let height = touch.normal.dot(ends[touch.vertices[k] as usize]);
+                hold.offset -= touch.weights[k] * height;
+                (hold.particles[k], hold.weights[k]) = (0, 0.0);
+            }
+            hold
+        }));
     }
 
     /// Takes over where the step begins and where it would end.
