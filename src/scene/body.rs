@@ -178,8 +178,7 @@ mod tests {
         // The very same grid beside a thickness just above and just below twice its error.
         for (share, noted) in [(2.01, false), (1.99, true)] {
             let thickness = format!("obstacle.table.thickness={:?}", share * error);
-            let (same, notes) = notes(&[grid, &thickness]);
-            println!("{same:?} {error}");
+            let (_, notes) = notes(&[grid, &thickness]);
             assert_eq!(notes.len(), usize::from(noted), "{share}: {notes:?}");
         }
     }

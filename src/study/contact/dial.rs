@@ -71,8 +71,7 @@ mod tests {
     #[test]
     fn what_is_turned_is_built() {
         for (scene, _) in BUILTIN {
-            let loaded = load(scene, &["cloth.0.shape.sheet.cells=[2, 2]".to_owned()]);
-            let loaded = loaded.unwrap_or_else(|_| load(scene, &[]).unwrap());
+            let loaded = load(scene, &[]).unwrap();
             for ccd in [true, false] {
                 let dial = Dial {
                     cell: Some(0.02),
