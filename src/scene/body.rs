@@ -28,10 +28,9 @@ pub(super) fn read_obstacle(
     let shape = match &obstacle.shape {
         ObstacleShape::Obj(shape) => {
             let (mesh, surface) = read_body(loaded, i, obstacle, shape, notes)?;
-            let grid = grid(obstacle, &surface).map_err(|cause| {
+            let grid = grid(obstacle, &surface, notes).map_err(|cause| {
                 loaded.error(&Fault::new(format!("obstacle.{i}.distance"), cause))
             })?;
-            notes.extend(grid.as_ref().and_then(|grid| too_coarse(obstacle, grid)));
             Solid::Mesh {
                 mesh,
                 surface,
@@ -84,12 +83,17 @@ pub(super) fn read_obstacle(
 }
 
 /// The distance grid that is asked for, wide enough for particles that are as close as contact is noticed.
-fn grid(obstacle: &schema::Obstacle, surface: &Surface) -> Result<Option<DistanceGrid>, String> {
+fn grid(
+    obstacle: &schema::Obstacle,
+    surface: &Surface,
+    notes: &mut Vec<String>,
+) -> Result<Option<DistanceGrid>, String> {
     let DistanceName::Grid(cell) = obstacle.distance else {
         return Ok(None);
     };
     let band = (2.0 * cell).max(3.0 * obstacle.thickness);
     let grid = DistanceGrid::new(surface, cell, band).map_err(|wrong| wrong.to_string())?;
+    notes.extend(too_coarse(obstacle, &grid));
     Ok(Some(grid))
 }
 
