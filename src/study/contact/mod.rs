@@ -15,7 +15,7 @@ pub use watch::Time;
 use super::error::StudyError;
 use super::front::FASTER;
 use super::reference::completed;
-use super::{Distance, Outcome, Setting, Subject};
+use super::{Distance, Outcome, PATIENCE, Setting, Subject, digits};
 use crate::frame::Audited;
 use crate::mesh::GridError;
 use crate::scene::Obstacle;
@@ -221,7 +221,8 @@ impl Row {
                 grids: run.grids,
             }),
             Outcome::Diverged(why) => Err(failed(why.clone())),
-            Outcome::TooSlow | Outcome::Stopped => Err(failed(String::new())),
+            Outcome::TooSlow => Err(failed(format!("took more than {} s", digits(PATIENCE)))),
+            Outcome::Stopped => Err(failed(String::new())),
         };
         Self { dial, came }
     }
