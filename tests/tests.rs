@@ -12,6 +12,7 @@ mod architecture;
 mod bending;
 mod blackbox;
 mod contact;
+mod contact_study;
 mod contract;
 mod detection;
 mod error;
