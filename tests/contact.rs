@@ -24,7 +24,8 @@ fn audited(name: &str, changes: &[&str], end: f64, frames: u32) -> (Simulation, 
     let (mut run, mut capture) = start(name, changes);
     for frame in 1..=frames {
         while run.state().time < end * f64::from(frame) / f64::from(frames) - 1e-9 {
-            run.step().unwrap_or_else(|diverged| panic!("{name}: {diverged}"));
+            run.step()
+                .unwrap_or_else(|diverged| panic!("{name}: {diverged}"));
         }
         capture.frame(&run, Vec::new(), false);
     }
@@ -53,7 +54,11 @@ fn nothing_is_inside_a_body_at_rest() {
         let run = audited(name, &[coarse], end, 60);
         assert_clean(name, &run);
         // A step's length beyond the limit is what contact may leave of a step; never more.
-        assert!(run.0.stats().strain < 0.1002, "{name}: {}", run.0.stats().strain);
+        assert!(
+            run.0.stats().strain < 0.1002,
+            "{name}: {}",
+            run.0.stats().strain
+        );
     }
 }
 
@@ -72,12 +77,22 @@ fn slower(times: f64) -> String {
 fn a_bullet_leaves_no_hole_at_any_speed() {
     for (speed, times) in [(10.0, 10.0), (100.0, 1.0), (300.0, 1.0 / 3.0)] {
         let dt = format!("solver.dt={:e}", 2e-4 * times);
-        let changes = [slower(times), dt, "cloth.0.shape.sheet.cells=[40, 40]".to_owned()];
+        let changes = [
+            slower(times),
+            dt,
+            "cloth.0.shape.sheet.cells=[40, 40]".to_owned(),
+        ];
         let changes = changes.each_ref().map(String::as_str);
         let run = audited("bullet", &changes, 0.008 * times, 40);
         assert_clean(&format!("bullet at {speed} m/s"), &run);
         // It took the middle of the sheet with it.
-        let far = run.0.state().positions.iter().map(|x| x.z).fold(0.0, f64::max);
+        let far = run
+            .0
+            .state()
+            .positions
+            .iter()
+            .map(|x| x.z)
+            .fold(0.0, f64::max);
         assert!(far > 0.2, "{speed} m/s: {far} m");
     }
 }
@@ -86,8 +101,16 @@ fn a_bullet_leaves_no_hole_at_any_speed() {
 fn a_walk_stays_outside_its_garment() {
     let run = audited("walking-mannequin", &[], 2.2, 132);
     assert_clean("walking-mannequin", &run);
-    let (lowest, highest) = run.0.state().positions.iter().fold((f64::MAX, f64::MIN), |(a, b), x| (a.min(x.y), b.max(x.y)));
-    assert!(lowest > 0.3 && highest > 1.4, "it hangs from {highest} m to {lowest} m");
+    let (lowest, highest) = run
+        .0
+        .state()
+        .positions
+        .iter()
+        .fold((f64::MAX, f64::MIN), |(a, b), x| (a.min(x.y), b.max(x.y)));
+    assert!(
+        lowest > 0.3 && highest > 1.4,
+        "it hangs from {highest} m to {lowest} m"
+    );
 }
 
 #[test]
@@ -111,15 +134,24 @@ fn contact_has_the_same_bits_for_any_number_of_threads() {
         ("incline", 60),
     ] {
         let run = |threads: usize| {
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            let pool = rayon::ThreadPoolBuilder::new()
+                .num_threads(threads)
+                .build()
+                .unwrap();
             pool.install(|| {
-                let (mut run, _) = start(name, &["obstacle.mannequin.motion.walk.start=0.1"][..usize::from(name == "walking-mannequin")]);
+                let (mut run, _) = start(
+                    name,
+                    &["obstacle.mannequin.motion.walk.start=0.1"]
+                        [..usize::from(name == "walking-mannequin")],
+                );
                 for _ in 0..steps {
-                    run.step().unwrap_or_else(|diverged| panic!("{name}: {diverged}"));
+                    run.step()
+                        .unwrap_or_else(|diverged| panic!("{name}: {diverged}"));
                 }
                 let state = run.state();
                 let all = state.positions.iter().chain(&state.velocities);
-                all.flat_map(|x| x.to_array().map(f64::to_bits)).collect::<Vec<_>>()
+                all.flat_map(|x| x.to_array().map(f64::to_bits))
+                    .collect::<Vec<_>>()
             })
         };
         assert!(run(1) == run(2), "{name}: other bits");

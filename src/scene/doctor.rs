@@ -78,7 +78,11 @@ fn contact(text: &mut String, scene: &Scene, model: &Model) {
         }
     }
     part(text, "contact with obstacles", !model.obstacles.is_empty());
-    part(text, "contact of cloth with cloth", model.self_collision.is_some());
+    part(
+        text,
+        "contact of cloth with cloth",
+        model.self_collision.is_some(),
+    );
 }
 
 /// How a pin moves, and when it lets go; nothing of one that holds still for ever.
