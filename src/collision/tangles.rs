@@ -5,15 +5,15 @@
 //! out of both until an exact look finds it free, and led out over [`TIME`] without velocity:
 //!
 //! - particles inside go to the nearest point outside, by depth · dt / (time left) in a step;
-//! - corners of edges and triangles that cross a body between them are lifted along its normals there;
+//! - edges and triangles that cross a body between their corners are lifted along the mean normal at these;
 //! - crossing cloth goes along the gradient of the length of what it has in common (Volino and
 //!   Magnenat-Thalmann 2006, "Resolving surface collisions through intersection contour minimization").
 //!
 //! Cloth that crosses cloth deeply, or runs through a thin body from side to side, may stay as it is; it is
 //! counted then.
 
-use super::audit::Crossing;
-use super::{Audit, Bodies, Contacts, Masses, Obstacle, Response, Tangle};
+use super::audit::Crossings;
+use super::{Audit, Bodies, Contacts, Masses, Obstacle, Tangle};
 use crate::state::State;
 use glam::DVec3;
 use std::collections::BTreeMap;
@@ -31,7 +31,7 @@ pub struct Tangles {
     audit: Audit,
     /// One entry a particle.
     tangles: Vec<Tangle>,
-    crossings: Vec<Crossing>,
+    crossings: Crossings,
     /// The third corners of the triangles at each edge.
     wings: BTreeMap<[u32; 2], Vec<u32>>,
     /// Longest edge at each particle (m).
@@ -42,6 +42,8 @@ pub struct Tangles {
     count: usize,
     /// Time at which all started (s).
     start: f64,
+    /// Largest speed that cloth started with, or that bodies and pins had since (m/s).
+    speed: f64,
 }
 
 /// Where cloth is, and what it may not pass through.
@@ -58,10 +60,11 @@ impl Tangles {
     pub fn new(
         mut audit: Audit,
         scenery: Scenery<'_>,
-        positions: &[DVec3],
-        start: f64,
+        cloth: usize,
+        state: &State,
     ) -> Option<Self> {
-        let mut tangles = vec![Tangle::Free; positions.len()];
+        let positions = &state.positions[..cloth];
+        let mut tangles = vec![Tangle::Free; cloth];
         let crossings = audit.tangles(scenery.obstacles, scenery.bodies, positions, &mut tangles);
         let count = tangled(&tangles);
         if count == 0 {
@@ -88,7 +91,12 @@ impl Tangles {
             wings,
             reach,
             count,
-            start,
+            start: state.time,
+            speed: state
+                .velocities
+                .iter()
+                .map(|v| v.length())
+                .fold(0.0, f64::max),
         })
     }
 
@@ -125,50 +133,27 @@ impl Tangles {
         }
     }
 
-    /// Moves what crosses without being inside apart, by a longest edge in [`TIME`], until time is up.
+    /// Moves what crosses without being inside apart, by a longest edge in [`TIME`], until time is up; whether
+    /// anything was moved.
     pub fn part(
         &mut self,
         scenery: Scenery<'_>,
         masses: Masses<'_>,
         dt: f64,
         state: &mut State,
-    ) -> Response {
-        let mut response = Response::default();
+    ) -> bool {
         if state.time > self.start + PATIENCE * TIME {
-            return response;
+            return false;
         }
-        for (i, tangle) in self.tangles.iter().enumerate() {
-            if let Tangle::Through(k) = *tangle
-                && masses.inverse[i] > 0.0
-            {
-                let way = self.reach[i] * (dt / TIME);
-                lift(
-                    scenery,
-                    k,
-                    (i, self.reach[i], way),
-                    masses,
-                    state,
-                    &mut response,
-                );
-            }
-        }
-        self.push_apart(masses, dt, state, &mut response);
-        response
-    }
-
-    /// Moves crossing edges and triangles of cloth by the gradient of what they have in common.
-    fn push_apart(
-        &mut self,
-        masses: Masses<'_>,
-        dt: f64,
-        state: &mut State,
-        response: &mut Response,
-    ) {
-        if self.crossings.is_empty() {
-            return;
-        }
+        let mut moved = false;
         self.pushes.fill(DVec3::ZERO);
-        for (edge, triangle) in &self.crossings {
+        for (k, corners) in &self.crossings.bodies {
+            let push = self.outward(scenery, *k, corners, &state.positions);
+            corners
+                .iter()
+                .for_each(|&i| self.pushes[i as usize] += push);
+        }
+        for (edge, triangle) in &self.crossings.cloth {
             let wings = self.wings.get(edge).map_or(&[][..], Vec::as_slice);
             let push = shortening(*edge, wings, *triangle, &state.positions);
             edge.iter().for_each(|&i| self.pushes[i as usize] += push);
@@ -178,9 +163,50 @@ impl Tangles {
             if masses.inverse[i] > 0.0 && *push != DVec3::ZERO {
                 let way = push.clamp_length_max(1.0) * (self.reach[i] * dt / TIME);
                 state.positions[i] += way;
-                response.moved = true;
+                moved = true;
             }
         }
+        moved
+    }
+
+    /// The mean outward normal of an obstacle at some corners, of those that are in reach; none where they are on
+    /// opposite sides.
+    fn outward(&self, scenery: Scenery<'_>, k: usize, corners: &[u32; 3], x: &[DVec3]) -> DVec3 {
+        let Scenery { obstacles, bodies } = scenery;
+        let normals = corners.iter().filter_map(|&i| {
+            let (at, reach) = (bodies.at_start(k, x[i as usize]), self.reach[i as usize]);
+            let nearest = bodies.nearest(&obstacles[k], k, at, reach)?;
+            Some(bodies.turned(k, nearest.normal))
+        });
+        normals.sum::<DVec3>().normalize_or_zero()
+    }
+
+    /// Takes from velocities (m/s) what no fall since the start explains, nor the speed of the start or that
+    /// of bodies: stretched springs must not throw what was led out. Returns the kinetic energy taken (J).
+    ///
+    /// `fall` is the acceleration of gravity (m/s²).
+    pub fn calm(
+        &mut self,
+        scenery: Scenery<'_>,
+        masses: Masses<'_>,
+        fall: f64,
+        state: &mut State,
+    ) -> f64 {
+        let Scenery { obstacles, bodies } = scenery;
+        let pinned = (state.velocities.iter().zip(masses.inverse)).filter(|(_, w)| **w == 0.0);
+        let pinned = pinned.map(|(v, _)| v.length()).fold(0.0, f64::max);
+        let driven = bodies.fastest(obstacles).max(pinned);
+        self.speed = self.speed.max(driven);
+        let most = self.speed + fall * (state.time - self.start);
+        let mut taken = 0.0;
+        for (i, v) in state.velocities.iter_mut().enumerate() {
+            let square = v.length_squared();
+            if square > most * most && masses.inverse[i] > 0.0 {
+                *v *= most / square.sqrt();
+                taken += 0.5 * masses.masses[i] * (square - most * most);
+            }
+        }
+        taken
     }
 }
 
@@ -192,31 +218,6 @@ fn tangled(tangles: &[Tangle]) -> usize {
         .iter()
         .filter(|tangle| **tangle != Tangle::Free)
         .count()
-}
-
-/// Moves a particle by a way (m) from an obstacle that is in its reach (m), and takes its approach.
-fn lift(
-    Scenery { obstacles, bodies }: Scenery<'_>,
-    k: usize,
-    (i, reach, way): (usize, f64, f64),
-    masses: Masses<'_>,
-    state: &mut State,
-    response: &mut Response,
-) {
-    let x = bodies.at_start(k, state.positions[i]);
-    let Some(nearest) = bodies.nearest(&obstacles[k], k, x, reach) else {
-        return;
-    };
-    let normal = bodies.turned(k, nearest.normal);
-    state.positions[i] += normal * way;
-    response.moved = true;
-    let velocity = bodies.velocity(&Bodies::anchor(k, &nearest));
-    let approach = normal.dot(velocity - state.velocities[i]);
-    if approach > 0.0 {
-        state.velocities[i] += normal * approach;
-        response.work += masses.masses[i] * approach * normal.dot(velocity);
-        response.approach += 0.5 * masses.masses[i] * approach * approach;
-    }
 }
 
 /// Where an edge has to go against a triangle that it crosses, for the contour that the surfaces have in common

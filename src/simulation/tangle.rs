@@ -56,8 +56,7 @@ impl Simulation {
             obstacles: &model.obstacles,
             bodies,
         };
-        let cloth = &state.positions[..model.cloth_particles()];
-        self.tangles = Tangles::new(audit_of(model), scenery, cloth, state.time);
+        self.tangles = Tangles::new(audit_of(model), scenery, model.cloth_particles(), state);
         let Some(tangles) = &self.tangles else {
             return;
         };
@@ -98,13 +97,13 @@ impl Simulation {
         };
         stats.times.time(Stage::Respond, || {
             hand_over(mover, CONTACT, ledger, model, &state.positions);
-            let response = tangles.part(scenery, masses, *dt, state);
-            if !response.moved {
+            let moved = tangles.part(scenery, masses, *dt, state);
+            if !moved {
                 *mover = None;
             }
-            ledger.slowed(CONTACT, response.approach);
-            ledger.pushed(response.work);
-            response.moved
+            let taken = tangles.calm(scenery, masses, model.gravity.acceleration.length(), state);
+            ledger.slowed(CONTACT, taken);
+            moved || taken > 0.0
         })
     }
 

@@ -20,7 +20,7 @@ use glam::DVec3;
 use inside::winding;
 use rayon::prelude::*;
 
-pub(crate) use tangled::Crossing;
+pub(crate) use tangled::Crossings;
 pub use tangled::Tangle;
 
 /// What is measured of the cloths, and room for it.

@@ -24,19 +24,25 @@ pub enum Tangle {
     Inside(usize),
 }
 
-/// An edge of cloth and a triangle of cloth that it crosses.
-pub(crate) type Crossing = ([u32; 2], [u32; 3]);
+/// What crosses, apart from what has a corner inside a body.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Crossings {
+    /// Number of an obstacle, and the corners of an edge or triangle of cloth that crosses it; the last of an
+    /// edge is there twice.
+    pub(crate) bodies: Vec<(usize, [u32; 3])>,
+    /// An edge of cloth and a triangle of cloth that it crosses.
+    pub(crate) cloth: Vec<([u32; 2], [u32; 3])>,
+}
 
 impl Audit {
-    /// What each particle is caught in, and the crossings of cloth with cloth where those count. Crossings
-    /// with obstacles count where their detection is continuous: the others don't keep edges out.
+    /// What each particle is caught in, and what crosses: with cloth where that counts, with obstacles where their detection is continuous: the others don't keep edges out.
     pub(crate) fn tangles(
         &mut self,
         obstacles: &[Obstacle],
         bodies: &Bodies,
         positions: &[DVec3],
         tangles: &mut [Tangle],
-    ) -> Vec<Crossing> {
+    ) -> Crossings {
         self.renew(obstacles, bodies, positions);
         tangles.fill(Tangle::Free);
         for (k, obstacle) in obstacles.iter().enumerate() {
@@ -46,19 +52,20 @@ impl Audit {
                 }
             }
         }
+        let mut crossings = Crossings::default();
         for (k, obstacle) in obstacles.iter().enumerate() {
             if obstacle.continuous {
                 for corners in self.through(k, obstacles, bodies, positions) {
-                    catch(tangles, &corners, k);
+                    if catch(tangles, &corners, k) {
+                        crossings.bodies.push((k, corners));
+                    }
                 }
             }
         }
-        let crossings = if self.with_self {
-            self.cloth_pairs(positions)
-        } else {
-            Vec::new()
-        };
-        for (edge, triangle) in &crossings {
+        if self.with_self {
+            crossings.cloth = self.cloth_pairs(positions);
+        }
+        for (edge, triangle) in &crossings.cloth {
             for &i in edge.iter().chain(triangle) {
                 let tangle = &mut tangles[i as usize];
                 *tangle = (*tangle).max(Tangle::Cloth);
@@ -162,7 +169,7 @@ impl Audit {
     }
 
     /// The edges and triangles of cloth that cross each other, in order.
-    fn cloth_pairs(&self, positions: &[DVec3]) -> Vec<Crossing> {
+    fn cloth_pairs(&self, positions: &[DVec3]) -> Vec<([u32; 2], [u32; 3])> {
         let Some(cloth) = &self.cloth else {
             return Vec::new();
         };
@@ -179,8 +186,8 @@ impl Audit {
     }
 }
 
-/// Marks the corners of something that crosses an obstacle.
-fn catch(tangles: &mut [Tangle], corners: &[u32; 3], obstacle: usize) {
+/// Marks the corners of something that crosses an obstacle; whether all of them are outside of everything.
+fn catch(tangles: &mut [Tangle], corners: &[u32; 3], obstacle: usize) -> bool {
     let is_inside = |&i: &u32| matches!(tangles[i as usize], Tangle::Inside(_));
     let caught = if corners.iter().any(is_inside) {
         Tangle::Beside
@@ -191,6 +198,7 @@ fn catch(tangles: &mut [Tangle], corners: &[u32; 3], obstacle: usize) {
         let tangle = &mut tangles[i as usize];
         *tangle = (*tangle).max(caught);
     }
+    caught != Tangle::Beside
 }
 
 /// The triangles of a hierarchy that a segment crosses.
