@@ -13,7 +13,7 @@
 //! counted then.
 
 use super::audit::Crossings;
-use super::{Audit, Bodies, Contacts, Masses, Obstacle, Tangle};
+use super::{Audit, Bodies, Contacts, Masses, Obstacle, Response, Tangle};
 use crate::state::State;
 use glam::DVec3;
 use std::collections::BTreeMap;
@@ -24,6 +24,10 @@ pub const TIME: f64 = 0.25;
 
 /// Times [`TIME`] after which what still crosses is left alone.
 const PATIENCE: f64 = 4.0;
+
+/// Longest edges in [`TIME`] that what crosses a body is lifted by: 1.6 mm in a step of 4 ms for edges of 25 mm. With
+/// one, the weight of what hangs at a sharp edge pulls it back as fast.
+const PACE: f64 = 4.0;
 
 /// Cloth that starts tangled.
 #[derive(Clone, Debug)]
@@ -133,40 +137,61 @@ impl Tangles {
         }
     }
 
-    /// Moves what crosses without being inside apart, by a longest edge in [`TIME`], until time is up; whether
-    /// anything was moved.
+    /// Moves what crosses without being inside apart, by some longest edges in [`TIME`], until time is up. Also takes
+    /// the approach of what is lifted from bodies.
     pub fn part(
         &mut self,
         scenery: Scenery<'_>,
         masses: Masses<'_>,
         dt: f64,
         state: &mut State,
-    ) -> bool {
+    ) -> Response {
+        let mut response = Response::default();
         if state.time > self.start + PATIENCE * TIME {
-            return false;
+            return response;
         }
-        let mut moved = false;
+        self.collect(scenery, &state.positions);
+        for (i, push) in self.pushes.iter().enumerate() {
+            let Some(direction) = push.try_normalize().filter(|_| masses.inverse[i] > 0.0) else {
+                continue;
+            };
+            response.moved = true;
+            let Tangle::Through(k) = self.tangles[i] else {
+                state.positions[i] += push.clamp_length_max(1.0) * (self.reach[i] * dt / TIME);
+                continue;
+            };
+            let x = scenery.bodies.at_start(k, state.positions[i]);
+            let body = &scenery.obstacles[k];
+            let nearest = scenery.bodies.nearest(body, k, x, self.reach[i]);
+            let w = nearest.map_or(DVec3::ZERO, |nearest| {
+                scenery.bodies.velocity(&Bodies::anchor(k, &nearest))
+            });
+            state.positions[i] += direction * (PACE * self.reach[i] * dt / TIME);
+            let approach = direction.dot(w - state.velocities[i]);
+            if approach > 0.0 {
+                state.velocities[i] += direction * approach;
+                response.work += masses.masses[i] * approach * direction.dot(w);
+                response.approach += 0.5 * masses.masses[i] * approach * approach;
+            }
+        }
+        response
+    }
+
+    /// Sums up where everything that crosses is pushed.
+    fn collect(&mut self, scenery: Scenery<'_>, positions: &[DVec3]) {
         self.pushes.fill(DVec3::ZERO);
         for (k, corners) in &self.crossings.bodies {
-            let push = self.outward(scenery, *k, corners, &state.positions);
+            let push = self.outward(scenery, *k, corners, positions);
             corners
                 .iter()
                 .for_each(|&i| self.pushes[i as usize] += push);
         }
         for (edge, triangle) in &self.crossings.cloth {
             let wings = self.wings.get(edge).map_or(&[][..], Vec::as_slice);
-            let push = shortening(*edge, wings, *triangle, &state.positions);
+            let push = shortening(*edge, wings, *triangle, positions);
             edge.iter().for_each(|&i| self.pushes[i as usize] += push);
             (triangle.iter()).for_each(|&i| self.pushes[i as usize] -= push);
         }
-        for (i, push) in self.pushes.iter().enumerate() {
-            if masses.inverse[i] > 0.0 && *push != DVec3::ZERO {
-                let way = push.clamp_length_max(1.0) * (self.reach[i] * dt / TIME);
-                state.positions[i] += way;
-                moved = true;
-            }
-        }
-        moved
     }
 
     /// The mean outward normal of an obstacle at some corners, of those that are in reach; none where they are on

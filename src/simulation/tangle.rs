@@ -97,13 +97,14 @@ impl Simulation {
         };
         stats.times.time(Stage::Respond, || {
             hand_over(mover, CONTACT, ledger, model, &state.positions);
-            let moved = tangles.part(scenery, masses, *dt, state);
-            if !moved {
+            let response = tangles.part(scenery, masses, *dt, state);
+            if !response.moved {
                 *mover = None;
             }
             let taken = tangles.calm(scenery, masses, model.gravity.acceleration.length(), state);
-            ledger.slowed(CONTACT, taken);
-            moved || taken > 0.0
+            ledger.slowed(CONTACT, taken + response.approach);
+            ledger.pushed(response.work);
+            response.moved || taken > 0.0
         })
     }
 
