@@ -200,6 +200,7 @@ impl Run<'_> {
             .iter()
             .map(|note| event(Level::Info, note.clone()))
             .collect();
+        let mut tangled = self.simulation.tangled().now;
         let mut going = self.send(notes, true, report);
         while going && !schedule.is_over(&self.simulation) {
             let start = Instant::now();
@@ -217,11 +218,12 @@ impl Run<'_> {
             let stop = self.plan.stop.load(Ordering::Relaxed);
             let last = stop || schedule.is_over(&self.simulation);
             if let Some(with_checkpoint) = schedule.due(self.simulation.state().time, last) {
-                let said = if stop {
-                    vec![event(Level::Warning, "stopped by the user".to_owned())]
-                } else {
-                    Vec::new()
-                };
+                let mut said: Vec<Event> = untangled(&self.simulation, &mut tangled)
+                    .into_iter()
+                    .collect();
+                if stop {
+                    said.push(event(Level::Warning, "stopped by the user".to_owned()));
+                }
                 going = self.send(said, with_checkpoint, report);
             }
             going &= !stop;
@@ -309,6 +311,19 @@ impl Schedule {
         }
         Some(with_checkpoint)
     }
+}
+
+/// What there is to say once nothing is inside or across anything any more; `tangled` particles were when it was
+/// asked last.
+fn untangled(simulation: &Simulation, tangled: &mut usize) -> Option<Event> {
+    let now = simulation.tangled();
+    let before = std::mem::replace(tangled, now.now);
+    let took = now.took.filter(|_| before > 0)?;
+    let text = format!(
+        "the {} particles that started tangled are free after {took:.3} s",
+        now.at_start
+    );
+    Some(event(Level::Info, text))
 }
 
 fn event(level: Level, text: String) -> Event {

@@ -29,6 +29,7 @@ mod moving;
 mod pick;
 mod program;
 mod projective;
+mod recovery;
 mod required;
 mod runs;
 mod schemes;

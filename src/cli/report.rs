@@ -49,7 +49,7 @@ pub(super) fn report(scene: &str, threads: usize, finished: &Finished) -> Value 
 /// What contact did, and what the audit of the recorded frames found.
 fn contact(finished: &Finished) -> Value {
     let simulation = &finished.simulation;
-    let stats = simulation.stats();
+    let (stats, tangled) = (simulation.stats(), simulation.tangled());
     let mut contact = json!({
         "max_depth_m": stats.depth,
         "max_depth_ever_m": stats.depth_ever,
@@ -57,6 +57,9 @@ fn contact(finished: &Finished) -> Value {
         "impacts": stats.impacts.impacts,
         "zones": stats.impacts.zones,
         "missed": stats.impacts.missed,
+        "tangled_at_start": tangled.at_start,
+        "tangled": tangled.now,
+        "untangled_after_s": tangled.took,
     });
     if let (Some(audited), Some(fields)) = (&finished.audited, contact.as_object_mut()) {
         let found = json!({
@@ -204,6 +207,13 @@ fn warnings(report: &Value, scheme: Integrator) -> String {
         said += &format!(
             "\nWARNING: {unsolved} of {} steps were not solved to their tolerance; use a smaller --dt{more} or a larger solver.{key}",
             report["steps"]
+        );
+    }
+    let tangled = count("/contact/tangled");
+    if tangled > 0 {
+        said += &format!(
+            "\nWARNING: {tangled} of {} particles that started inside or across something still are; start the cloth clear of it",
+            report["contact"]["tangled_at_start"]
         );
     }
     let damped = count("/solver/damped_steps");

@@ -77,7 +77,7 @@ pub(super) struct Prepared {
     pub(super) loaded: LoadedScene,
     pub(super) simulation: Simulation,
     pub(super) foresight: Foresight,
-    /// What was repaired on the way.
+    /// What was repaired on the way, and what starts inside something.
     pub(super) notes: Vec<String>,
 }
 
@@ -91,11 +91,14 @@ pub(super) fn prepare(args: &SceneArgs, more: &[String]) -> Result<Prepared, Fai
     let forecast = forecast(&built.model, &built.state);
     let dt = step_length(solver.dt, integrator, &forecast)
         .map_err(|error| Failure::input(loaded.error_at("solver.dt", error)))?;
+    let simulation = Simulation::new(built.model, built.state, integrator, dt);
+    let mut notes = built.notes;
+    notes.extend_from_slice(&simulation.tangled().said);
     Ok(Prepared {
-        simulation: Simulation::new(built.model, built.state, integrator, dt),
+        simulation,
         foresight: Foresight::new(&loaded, forecast),
         loaded,
-        notes: built.notes,
+        notes,
     })
 }
 

@@ -160,6 +160,25 @@ impl Bodies {
         }
     }
 
+    /// Speed of the fastest vertex, centre or point of a plane in the last step (m/s).
+    pub fn fastest(&self, obstacles: &[Obstacle]) -> f64 {
+        let mut way = 0.0_f64;
+        for (k, obstacle) in obstacles.iter().enumerate() {
+            let [from, to] = self.vertices(obstacles, k);
+            let ways = from.iter().zip(to).map(|(a, b)| a.distance(*b));
+            way = ways.fold(way, f64::max);
+            if let Solid::Sphere { center: x, .. } | Solid::Plane { point: x, .. } = &obstacle.shape
+            {
+                way = way.max(self.before(k, *x).distance(self.now(k, *x)));
+            }
+        }
+        if self.step > 0.0 {
+            way / self.step
+        } else {
+            0.0
+        }
+    }
+
     /// The point of an obstacle that was found nearest to another.
     pub fn anchor(obstacle: usize, nearest: &Nearest) -> Anchor {
         Anchor {

@@ -29,14 +29,28 @@ pub struct Contact {
     /// Impulse on the particle (N·s) that the last step's own equations found, with a scheme that has
     /// contacts inside them.
     pub impulse: DVec3,
+    /// How far out of the obstacle the particle may be moved in a step (m): without bound, unless it started
+    /// inside and has time.
+    pub leave: f64,
 }
 
 impl Contact {
-    /// The half space outside the obstacle's tangent plane, some time (s) after the contact was found.
+    /// Whether the particle isn't to be moved out at once.
+    pub fn has_time(&self) -> bool {
+        self.leave < f64::INFINITY
+    }
+
+    /// The half space outside the obstacle's tangent plane, some time (s) after the contact was found; of a
+    /// particle that has time to come out, the one that it is at the border of.
     pub fn wall(&self, ago: f64) -> Wall {
+        let distance = if self.has_time() {
+            self.distance.max(0.0)
+        } else {
+            self.distance
+        };
         Wall {
             normal: self.normal,
-            offset: self.normal.dot(self.at + self.velocity * ago) - self.distance,
+            offset: self.normal.dot(self.at + self.velocity * ago) - distance,
         }
     }
 

@@ -128,6 +128,7 @@ fn contact(
         velocity,
         velocity_after: velocity,
         impulse: DVec3::ZERO,
+        leave: f64::INFINITY,
     }
 }
 

@@ -14,10 +14,12 @@ mod detection;
 pub mod impact;
 mod obstacle;
 mod response;
+mod tangles;
 
-pub use audit::{Audit, Findings, Penetration};
+pub use audit::{Audit, Findings, Penetration, Tangle};
 pub use body::{Anchor, Bodies};
 pub use contact::{Contact, Contacts, Grip};
 pub use detection::Detection;
 pub use obstacle::{BodyMotion, Obstacle, SelfCollision, Solid};
 pub use response::{Masses, Response, respond};
+pub use tangles::{Scenery, TIME, Tangles};

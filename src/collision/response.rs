@@ -36,7 +36,8 @@ pub struct Response {
 /// obstacle's work, and the rest, which is negative, what impact and friction take.
 ///
 /// Restitution is 0. The way out is not turned into velocity, so that cloth that starts inside a
-/// body leaves it without being thrown. With `spread`, particles outside the surface but within the
+/// body leaves it without being thrown; where that has time, it is by no more than [`Contact::leave`] and with
+/// `spread` only. With `spread`, particles outside the surface but within the
 /// thickness are also moved away, never farther than the distance they have: between two walls they
 /// come to rest in the middle.
 ///
@@ -48,7 +49,7 @@ pub fn respond(
     state: &mut State,
 ) -> Response {
     let mut response = Response::default();
-    for contact in &contacts.list {
+    for contact in &mut contacts.list {
         let i = contact.particle;
         let met = contact.at != state.positions[i];
         if (contact.gap >= -NEGLIGIBLE && !met) || model.inverse[i] == 0.0 {
@@ -56,16 +57,22 @@ pub fn respond(
         }
         let beyond = state.positions[i] - contact.at;
         let slid = beyond - contact.normal * beyond.dot(contact.normal).min(0.0);
-        let out = if contact.distance <= 0.0 {
+        let has_time = contact.distance <= 0.0 && contact.has_time();
+        let out = if has_time {
+            if spread { contact.leave } else { 0.0 }
+        } else if contact.distance <= 0.0 {
             NEGLIGIBLE - contact.distance
         } else if spread {
             (-SHARE * contact.gap).clamp(0.0, contact.distance)
         } else {
             0.0
         };
-        response.stopped += usize::from(met || contact.distance <= 0.0);
+        response.stopped += usize::from(!has_time && (met || contact.distance <= 0.0));
         response.moved = true;
         state.positions[i] = contact.at + slid + contact.normal * out;
+        if has_time {
+            contact.at = state.positions[i];
+        }
         let v = contact.against(state.velocities[i]);
         let approach = -v.dot(contact.normal);
         if approach > 0.0 {
@@ -122,6 +129,7 @@ mod tests {
         let mut contacts = Contacts::none(1);
         let gap = distance - 0.003;
         let contact = Contact {
+            leave: f64::INFINITY,
             particle: 0,
             at: DVec3::ZERO,
             normal: DVec3::Y,

@@ -9,7 +9,7 @@ use crate::collision::{Audit, Findings, Obstacle};
 use crate::mesh::TriMesh;
 use crate::model::Cloth;
 use crate::scene::{LoadedScene, SpringDetailName, model_list};
-use crate::simulation::Simulation;
+use crate::simulation::{Simulation, audit_of};
 use glam::DVec3;
 
 /// Takes frames; knows which springs belong to which cloth.
@@ -45,19 +45,8 @@ impl Capture {
             .map(|cloth| springs_of(cloth, simulation))
             .collect();
         let obstacles = &model.obstacles;
-        let has_contact = !obstacles.is_empty() || model.self_collision.is_some();
-        let with_self = model.self_collision.is_some();
-        let triangles = || model.cloths.iter().flat_map(|cloth| &cloth.triangles);
-        let audit = || {
-            Audit::new(
-                triangles().copied().collect(),
-                model.edges(),
-                obstacles,
-                with_self,
-            )
-        };
         let mut capture = Self {
-            audit: has_contact.then(audit),
+            audit: model.has_contact().then(|| audit_of(model)),
             audited: Audited::default(),
             drawings: obstacles.iter().map(|o| o.shape.drawing()).collect(),
             springs,

@@ -108,6 +108,14 @@ fn contact(
             f64::from(findings.crossings()),
         );
     }
+    let tangled = simulation.tangled();
+    if tangled.at_start > 0 {
+        add(
+            "contact/tangled".into(),
+            "particles still tangled".into(),
+            number(tangled.now),
+        );
+    }
     if model.self_collision.is_some() {
         add(
             "contact/cloth_crossings".into(),

@@ -156,6 +156,7 @@ mod tests {
             ..Grip::default()
         };
         contacts.list.push(Contact {
+            leave: f64::INFINITY,
             particle: 0,
             at: DVec3::ZERO,
             normal: DVec3::Y,

@@ -22,7 +22,9 @@ impl Simulation {
         if !Ledger::is_booked_by_stage(&self.model) {
             return Ok(Limited::default());
         }
+        let parted = self.part_tangles();
         let (limited, touched) = self.hold_apart();
+        let touched = touched || parted;
         if touched {
             let before = survey.energy;
             *survey = self.survey();
@@ -118,6 +120,7 @@ impl Simulation {
             contacts,
             ledger,
             mover,
+            tangles,
             dt,
             stats,
             ..
@@ -145,7 +148,13 @@ impl Simulation {
             hand_over(mover, STRAIN_LIMIT, ledger, model, unlimited);
             if with_velocity {
                 let mut gained = 0.0;
-                for i in 0..unlimited.len() {
+                // What is led out of a body is stretched by that, and must not be thrown by its limit.
+                let led = |i: usize| {
+                    tangles
+                        .as_ref()
+                        .is_some_and(|tangles| tangles.is_tangled(i))
+                };
+                for i in (0..unlimited.len()).filter(|&i| !led(i)) {
                     let (v, gain) = (
                         &mut state.velocities[i],
                         (state.positions[i] - unlimited[i]) / *dt,
@@ -166,12 +175,17 @@ impl Simulation {
             contacts,
             bodies,
             detection,
+            tangles,
+            dt,
             stats,
             ..
         } = self;
         stats.times.time(Stage::DetectContacts, || {
             let cloth = &state.positions[..model.cloth_particles()];
             detection.find(&model.obstacles, bodies, cloth, contacts);
+            if let Some(tangles) = tangles {
+                tangles.give_time(contacts, state.time, *dt);
+            }
         });
     }
 

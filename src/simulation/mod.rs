@@ -13,6 +13,7 @@ mod stability;
 mod stats;
 mod step_length;
 mod survey;
+mod tangle;
 mod tunnelling;
 
 pub use cause::{Cause, Part};
@@ -23,12 +24,14 @@ pub use error::ErrorEstimate;
 pub use stability::{Forecast, Limit, Mode, forecast};
 pub use stats::{ImpactStats, Stage, StageTimes, Stats};
 pub use step_length::{AUTO_SHARE, NoStableStep, step_length, sweep_compliance};
+pub use tangle::TangledStart;
+pub(crate) use tangle::audit_of;
 pub use tunnelling::{Tunnelling, tunnelling};
 
 use budget::{Budget, STEPS};
 
 use crate::collision::impact::Impacts;
-use crate::collision::{Bodies, Contacts, Detection};
+use crate::collision::{Bodies, Contacts, Detection, Tangles};
 use crate::energy::{Balance, DampingWork, Energies, Flows, Ledger, PinWork, potential};
 use crate::integrator::{Integrator, Scheme};
 use crate::linear::{Solve, awake};
@@ -55,6 +58,10 @@ pub struct Simulation {
     detection: Detection,
     /// What keeps edges and triangles apart; none where nobody asks.
     impacts: Option<Impacts>,
+    /// Cloth that started inside something or across it, until it is free.
+    tangles: Option<Tangles>,
+    /// How that went.
+    tangled: TangledStart,
     ledger: Ledger,
     /// The ledger before the current step.
     booked: Ledger,
@@ -105,13 +112,15 @@ impl Simulation {
         let count = |asked: bool| if asked { model.particles() } else { 0 };
         let limited = count(model.strain_limit.is_some());
         let walled = count(model.strain_limit.is_some() && !model.obstacles.is_empty());
-        Self {
+        let mut run = Self {
             before: state.clone(),
             scheme: integrator.scheme(&model),
             contacts: model.no_contacts(),
             bodies: Bodies::new(&model.obstacles, state.time),
             detection: Detection::new(&model.obstacles, model.cloth_particles()),
             impacts: impacts::of(&model),
+            tangles: None,
+            tangled: TangledStart::default(),
             sensible_strain: divergence::sensible_strain(&model, &state),
             booked: Ledger::open(&model, &state),
             ledger: Ledger::open(&model, &state),
@@ -129,7 +138,9 @@ impl Simulation {
             start: state.time,
             model,
             state,
-        }
+        };
+        run.look_for_tangles();
+        run
     }
 
     /// Does one step.
@@ -154,6 +165,7 @@ impl Simulation {
         self.check_strain(&survey)?;
         self.ledger.integrated(flows, survey.energy);
         let limited = self.correct(&mut survey)?;
+        self.free_tangles();
         let step = StepStats {
             solve,
             limited,

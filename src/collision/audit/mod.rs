@@ -7,6 +7,7 @@
 mod crossing;
 mod distance;
 mod inside;
+mod tangled;
 #[cfg(test)]
 mod tests;
 
@@ -18,6 +19,9 @@ use distance::closest_on_triangle;
 use glam::DVec3;
 use inside::winding;
 use rayon::prelude::*;
+
+pub(crate) use tangled::Crossings;
+pub use tangled::Tangle;
 
 /// What is measured of the cloths, and room for it.
 #[derive(Clone, Debug)]
@@ -103,6 +107,16 @@ impl Audit {
         }
     }
 
+    /// The cloths' triangles, by particles.
+    pub(super) fn triangles(&self) -> &[[u32; 3]] {
+        &self.triangles
+    }
+
+    /// The cloths' edges, by particles.
+    pub(super) fn edges(&self) -> &[[u32; 2]] {
+        &self.edges
+    }
+
     /// Looks at a state of the cloths with the obstacles as they stand.
     pub fn look(
         &mut self,
@@ -110,26 +124,12 @@ impl Audit {
         bodies: &Bodies,
         positions: &[DVec3],
     ) -> Findings {
+        self.renew(obstacles, bodies, positions);
         let mut findings = Findings::default();
-        let has_mesh = obstacles
-            .iter()
-            .any(|o| matches!(o.shape, Solid::Mesh { .. }));
-        if self.with_self || has_mesh {
-            renew(&mut self.cloth, &mut self.boxes, &self.triangles, positions);
-        }
         for (k, obstacle) in obstacles.iter().enumerate() {
             let found = match &obstacle.shape {
                 Solid::Mesh { mesh, .. } => {
                     let vertices = bodies.vertices(obstacles, k)[1];
-                    let moves = obstacle.motion.is_some();
-                    if self.bodies[k].is_none() || moves {
-                        renew(
-                            &mut self.bodies[k],
-                            &mut self.boxes,
-                            &mesh.triangles,
-                            vertices,
-                        );
-                    }
                     self.in_mesh(k, &mesh.triangles, vertices, positions, &mut findings.marks)
                 }
                 Solid::Plane { point, normal } => {
@@ -148,6 +148,30 @@ impl Audit {
             findings.cloth_crossings = self.in_cloth(positions, &mut findings.marks);
         }
         findings
+    }
+
+    /// Brings the hierarchies up to date, of those that are needed.
+    fn renew(&mut self, obstacles: &[Obstacle], bodies: &Bodies, positions: &[DVec3]) {
+        let Self {
+            triangles,
+            cloth,
+            bodies: trees,
+            boxes,
+            ..
+        } = self;
+        let mut has_mesh = false;
+        for (k, obstacle) in obstacles.iter().enumerate() {
+            if let Solid::Mesh { mesh, .. } = &obstacle.shape {
+                has_mesh = true;
+                if trees[k].is_none() || obstacle.motion.is_some() {
+                    let vertices = bodies.vertices(obstacles, k)[1];
+                    renew(&mut trees[k], boxes, &mesh.triangles, vertices);
+                }
+            }
+        }
+        if self.with_self || has_mesh {
+            renew(cloth, boxes, triangles, positions);
+        }
     }
 
     fn in_mesh(

@@ -35,6 +35,9 @@ impl Ground {
         rules: &Rules,
         first: bool,
     ) -> (f64, Option<Touch>) {
+        if vertices.iter().any(|&i| self.is_exempt(i)) {
+            return (f64::NEG_INFINITY, None);
+        }
         let start = of(&self.vertices.start, vertices);
         let end = of(&self.vertices.end, vertices);
         let way = relative_way(features, &start, &end);
@@ -149,6 +152,10 @@ impl Ground {
         {
             let (k, rules) = (*vertex as usize, &self.rules[*solid]);
             for i in 0..particles {
+                #[expect(clippy::cast_possible_truncation, reason = "particles have 32 bits")]
+                if self.is_exempt(i as u32) {
+                    continue;
+                }
                 let began = normal.dot(start[i] - start[k]);
                 let ends = normal.dot(end[i] - end[k]);
                 let free = rules.free();

@@ -50,6 +50,8 @@ pub(super) struct Ground {
     pub(super) stale: Vec<bool>,
     /// The rigid zone of each vertex that moves with one.
     pub(super) zone: Vec<Option<u32>>,
+    /// Particles that are left alone, since they start across something; empty where none does.
+    pub(super) exempt: Vec<bool>,
     /// Whether floors are small because there is no room for more.
     pub(super) tight: bool,
 }
@@ -122,6 +124,7 @@ impl Ground {
             layers,
             stale: vec![true; count],
             zone: vec![None; count],
+            exempt: Vec::new(),
             tight: false,
         };
         (ground, firsts)
@@ -170,6 +173,14 @@ impl Ground {
         let way = |i: u32| (end[i as usize] - start[i as usize]).length_squared();
         let [a, b, c] = element.corners;
         way(a).max(way(b)).max(way(c)).sqrt()
+    }
+
+    /// Whether a vertex is left alone.
+    #[inline]
+    pub(super) fn is_exempt(&self, vertex: u32) -> bool {
+        self.exempt
+            .get(vertex as usize)
+            .is_some_and(|&exempt| exempt)
     }
 
     /// Whether the way of an element has changed since it was searched.

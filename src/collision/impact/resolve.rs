@@ -49,9 +49,15 @@ impl Impacts {
         }
     }
 
+    /// Leaves out, from now on, what has a corner among some particles: one entry a particle, or none at all.
+    pub fn exempt(&mut self, exempt: impl Iterator<Item = bool>) {
+        self.ground.exempt.clear();
+        self.ground.exempt.extend(exempt);
+    }
+
     /// Changes the ends of a step's ways, and the velocities, so that nothing passes through anything.
     ///
-    /// At the step's start nothing may cross. Ways are straight lines from there.
+    /// At the step's start nothing may cross but what is [left out](Self::exempt). Ways are straight lines from there.
     pub fn resolve(
         &mut self,
         step: Step<'_>,
