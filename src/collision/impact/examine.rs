@@ -26,6 +26,14 @@ const SHARE: f64 = 0.25;
 /// Anderson 2002).
 const REPULSION: f64 = 0.1;
 
+/// Two features and the ways of their vertices.
+struct Pair {
+    features: Features,
+    vertices: [u32; 4],
+    start: [DVec3; 4],
+    end: [DVec3; 4],
+}
+
 impl Ground {
     /// Gap of two features at the step's start (m), and what they come to.
     pub(super) fn examine(
@@ -46,6 +54,52 @@ impl Ground {
         if zone[0].is_some() && zone.iter().all(|other| *other == zone[0]) {
             return (f64::MAX, None); // an affine map keeps apart what is apart, however close
         }
+        let pair = Pair {
+            features,
+            vertices,
+            start,
+            end,
+        };
+        self.examine_closely(&pair, rules, first, way)
+    }
+
+    /// What two features of layers come to whose boxes overlap.
+    pub(super) fn examine_layers(
+        &self,
+        features: Features,
+        vertices: [u32; 4],
+        first: bool,
+    ) -> Option<Touch> {
+        let start = of(&self.vertices.start, vertices);
+        let end = of(&self.vertices.end, vertices);
+        let pair = Pair {
+            features,
+            vertices,
+            start,
+            end,
+        };
+        let zone = vertices.map(|i| self.zone[i as usize]);
+        if zone[0].is_some() && zone.iter().all(|other| *other == zone[0]) {
+            return None; // an affine map keeps apart what is apart, however close
+        }
+        let way = relative_way(features, &start, &end);
+        self.examine_closely(&pair, &self.rules[0], first, way).1
+    }
+
+    #[inline]
+    fn examine_closely(
+        &self,
+        pair: &Pair,
+        rules: &Rules,
+        first: bool,
+        way: f64,
+    ) -> (f64, Option<Touch>) {
+        let &Pair {
+            features,
+            vertices,
+            start,
+            end,
+        } = pair;
         let closest = features.closest(start);
         let distance = closest.between.length();
         let gap = distance - rules.radius;
@@ -81,7 +135,7 @@ impl Ground {
             };
             touch.meets = true;
             (touch.weights, touch.normal) = (met.weights, met.normal);
-        } else if first && let Some(target) = self.pushed(features, vertices, &closest, rules) {
+        } else if first && let Some(target) = self.pushed(pair, &closest, rules) {
             touch.target = target;
             (touch.weights, touch.normal) = (closest.weights, closest.between / distance);
         } else {
@@ -98,13 +152,13 @@ impl Ground {
 
     /// The gap (m) that two features which don't meet should end the step with, if that is more than they will have
     /// and they are closer than they should be.
-    fn pushed(
-        &self,
-        features: Features,
-        vertices: [u32; 4],
-        closest: &Closest,
-        rules: &Rules,
-    ) -> Option<f64> {
+    fn pushed(&self, pair: &Pair, closest: &Closest, rules: &Rules) -> Option<f64> {
+        let &Pair {
+            features,
+            vertices,
+            ref end,
+            ..
+        } = pair;
         let distance = closest.between.length();
         let (full, share) = match &self.layers {
             Some(layers) if (vertices[0].max(vertices[3]) as usize) < layers.rest.len() => {
@@ -115,11 +169,14 @@ impl Ground {
         if distance >= full || distance == 0.0 {
             return None;
         }
+        let normal = closest.between / distance;
+        let ends = (0..4).map(|k| end[k] * closest.weights[k]);
+        let gap = normal.dot(ends.sum());
+        if gap >= distance + share * (full - distance) {
+            return None; // whatever the features' distance at rest
+        }
         let full = self.rest_distance(features, vertices, full);
         let target = distance + share * (full - distance);
-        let normal = closest.between / distance;
-        let ends = (0..4).map(|k| self.vertices.end[vertices[k] as usize] * closest.weights[k]);
-        let gap = normal.dot(ends.sum());
         (distance < full && gap < target).then_some(target)
     }
 
@@ -133,7 +190,10 @@ impl Ground {
         if own.is_none() || vertices.iter().any(|&i| cloth(i) != own) {
             return distance;
         }
-        let rest = vertices.map(|i| layers.rest[i as usize]);
+        let rest = of(&layers.rest, vertices);
+        if boxes_apart(features, &rest) * (1.0 - LAYER_FLOOR) >= distance {
+            return distance;
+        }
         let apart = features.closest(rest).between.length();
         distance.min(apart * (1.0 - LAYER_FLOOR))
     }

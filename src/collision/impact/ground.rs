@@ -1,6 +1,7 @@
 //! Everything that can meet: vertices, elements, their boxes and the rules between them.
 
 use super::element::{Element, elements};
+use super::element_boxes::ElementBoxes;
 use super::examine::CLEAR;
 use super::solid::{LAYER_FLOOR, Layers, Shape, Solid};
 use super::stage::Fabric;
@@ -38,6 +39,8 @@ pub(super) struct Ground {
     pub(super) cloth: Vec<Element>,
     /// Their boxes over the step; empty without layers.
     pub(super) cloth_tree: Bvh,
+    /// Boxes of their features over the step; empty without layers.
+    pub(super) cloth_boxes: ElementBoxes,
     /// Elements of all solids but planes; their numbers in `rules` begin at 1.
     pub(super) solid: Vec<Element>,
     /// Their boxes over the step.
@@ -115,6 +118,7 @@ impl Ground {
             },
             cloth: elements(0, particles as u32, fabric.triangles, fabric.edges, 0),
             cloth_tree: Bvh::new(&[]),
+            cloth_boxes: ElementBoxes::default(),
             solid,
             solid_tree: Bvh::new(&[]),
             planes,
@@ -148,12 +152,15 @@ impl Ground {
             vertices,
             cloth,
             cloth_tree,
+            cloth_boxes,
             layers,
             ..
         } = self;
         if let Some(layers) = layers {
+            let margin = 0.5 * layers.thickness;
+            cloth_boxes.fit(vertices, cloth, layers.rest.len(), margin);
             fit(cloth_tree, cloth.len(), |item| {
-                swept(vertices, &cloth[item as usize]).grown(0.5 * layers.thickness)
+                swept(vertices, &cloth[item as usize]).grown(margin)
             });
         }
     }

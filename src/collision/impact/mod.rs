@@ -10,6 +10,7 @@
 
 mod advance;
 mod element;
+mod element_boxes;
 mod examine;
 mod features;
 mod ground;
