@@ -55,12 +55,12 @@ impl Ground {
 
     /// Looks for meetings of an element of cloth, whose way has changed, with others: with those that have
     /// changed, too, once.
-    pub(super) fn against_layers(&self, number: u32, found: &mut Found) {
+    pub(super) fn against_layers(&self, number: u32, first: bool, found: &mut Found) {
         let one = &self.cloth[number as usize];
         self.cloth_tree.overlapping(&self.layer_box(one), |item| {
             let other = &self.cloth[item as usize];
             if item > number || (item < number && !self.is_stale(other)) {
-                self.between_layers(number, item, false, found);
+                self.between_layers(number, item, first, found);
             }
         });
     }
