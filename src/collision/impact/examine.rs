@@ -63,13 +63,14 @@ impl Ground {
         self.examine_closely(&pair, rules, first, way)
     }
 
-    /// What two features of layers come to whose boxes overlap.
+    /// How much the ways of two features of layers may change together before they can meet (m), and what they come
+    /// to. Their boxes overlap.
     pub(super) fn examine_layers(
         &self,
         features: Features,
         vertices: [u32; 4],
         first: bool,
-    ) -> Option<Touch> {
+    ) -> (f64, Option<Touch>) {
         let start = of(&self.vertices.start, vertices);
         let end = of(&self.vertices.end, vertices);
         let pair = Pair {
@@ -80,10 +81,11 @@ impl Ground {
         };
         let zone = vertices.map(|i| self.zone[i as usize]);
         if zone[0].is_some() && zone.iter().all(|other| *other == zone[0]) {
-            return None; // an affine map keeps apart what is apart, however close
+            return (0.0, None); // an affine map keeps apart what is apart, however close
         }
         let way = relative_way(features, &start, &end);
-        self.examine_closely(&pair, &self.rules[0], first, way).1
+        let (gap, touch) = self.examine_closely(&pair, &self.rules[0], first, way);
+        (gap - way - (1.0 + BAND) * self.rules[0].floor, touch)
     }
 
     #[inline]

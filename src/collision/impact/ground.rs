@@ -3,6 +3,7 @@
 use super::element::{Element, elements};
 use super::element_boxes::ElementBoxes;
 use super::examine::CLEAR;
+use super::slack::{LOOSE, Slack};
 use super::solid::{LAYER_FLOOR, Layers, Shape, Solid};
 use super::stage::Fabric;
 use super::touch::Vertices;
@@ -51,6 +52,13 @@ pub(super) struct Ground {
     pub(super) layers: Option<Layers>,
     /// Whether a vertex's way isn't the one that was last searched.
     pub(super) stale: Vec<bool>,
+    /// Ends of the vertices' ways when all layers were searched last (m).
+    pub(super) layer_ends: Vec<DVec3>,
+    /// How much the ways of each element of layers and of another may differ from those together before the two
+    /// can meet (m), at least; 0 for elements that are looked for whenever their ways change.
+    pub(super) slack: Vec<Slack>,
+    /// Elements of layers that are looked for.
+    pub(super) loose: Vec<bool>,
     /// The rigid zone of each vertex that moves with one.
     pub(super) zone: Vec<Option<u32>>,
     /// Whether floors are small because there is no room for more.
@@ -109,6 +117,7 @@ impl Ground {
             firsts.push(count);
             count += one.shape.vertices();
         }
+        let cloth = elements(0, particles as u32, fabric.triangles, fabric.edges, 0);
         let ground = Self {
             vertices: Vertices {
                 start: vec![DVec3::ZERO; count],
@@ -116,7 +125,10 @@ impl Ground {
                 velocity: vec![DVec3::ZERO; count],
                 inverse_mass: vec![0.0; count],
             },
-            cloth: elements(0, particles as u32, fabric.triangles, fabric.edges, 0),
+            layer_ends: vec![DVec3::NAN; particles],
+            slack: vec![Slack::default(); cloth.len()],
+            loose: vec![true; cloth.len()],
+            cloth,
             cloth_tree: Bvh::new(&[]),
             cloth_boxes: ElementBoxes::default(),
             solid,
@@ -177,6 +189,41 @@ impl Ground {
         let way = |i: u32| (end[i as usize] - start[i as usize]).length_squared();
         let [a, b, c] = element.corners;
         way(a).max(way(b)).max(way(c)).sqrt()
+    }
+
+    /// Notes that all layers are searched.
+    pub(super) fn fasten(&mut self) {
+        let thickness = self.layers.as_ref().map_or(0.0, |layers| layers.thickness);
+        let particles = self.layer_ends.len();
+        self.layer_ends
+            .copy_from_slice(&self.vertices.end[..particles]);
+        self.slack
+            .iter()
+            .for_each(|slack| slack.set(LOOSE * thickness));
+    }
+
+    /// Finds the elements of layers whose ways have changed so much that they may meet something. Returns whether
+    /// there are any.
+    ///
+    /// Two that keep within half of their slacks can't meet. One that doesn't is looked for from then on whenever
+    /// its way changes, and so is what it then has too close to it for its own slack.
+    pub(super) fn loosen(&mut self) -> bool {
+        let mut loose = std::mem::take(&mut self.loose);
+        let mut any = false;
+        for ((loose, element), slack) in loose.iter_mut().zip(&self.cloth).zip(&self.slack) {
+            let change =
+                |i: u32| (self.vertices.end[i as usize] - self.layer_ends[i as usize]).length();
+            *loose = self.is_stale(element) && {
+                let [a, b, c] = element.corners.map(change);
+                2.0 * a.max(b).max(c) >= slack.get()
+            };
+            if *loose {
+                slack.set(0.0);
+                any = true;
+            }
+        }
+        self.loose = loose;
+        any
     }
 
     /// Whether the way of an element has changed since it was searched.

@@ -16,6 +16,7 @@ mod features;
 mod ground;
 mod resolve;
 mod search;
+mod slack;
 mod slowing;
 mod solid;
 mod stage;

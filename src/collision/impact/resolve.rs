@@ -134,7 +134,6 @@ impl Impacts {
     fn search(&mut self, first: bool, all: bool) -> usize {
         let known = self.touches.len();
         self.mark_stale(all);
-        self.ground.fit_cloth();
         if !self.ground.solid.is_empty() {
             self.choose(|stage, number, element| {
                 let clear = stage.clear[number as usize];
@@ -144,12 +143,15 @@ impl Impacts {
             self.ask(|ground, number, found| ground.against_solids(number, first, found));
         }
         if self.ground.layers.is_some() && all {
+            self.ground.fasten();
+            self.ground.fit_cloth();
             let parts = self.ground.cloth_tree.parts();
             self.work(parts, |ground, part, found| {
                 ground.within_layers(part, found);
             });
-        } else if self.ground.layers.is_some() {
-            self.choose(|stage, _, element| stage.ground.is_stale(element));
+        } else if self.ground.layers.is_some() && self.ground.loosen() {
+            self.ground.fit_cloth();
+            self.choose(|stage, number, _| stage.ground.loose[number as usize]);
             self.ask(|ground, number, found| ground.against_layers(number, first, found));
         }
         self.ground

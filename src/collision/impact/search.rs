@@ -49,7 +49,7 @@ impl Ground {
     /// Looks for meetings between the elements of cloth in a part of their hierarchy and in later parts.
     pub(super) fn within_layers(&self, part: usize, found: &mut Found) {
         self.cloth_tree.self_pairs(part, |one, other| {
-            self.between_layers(one, other, true, found);
+            self.between_layers(one, other, [true; 2], found);
         });
     }
 
@@ -58,20 +58,25 @@ impl Ground {
     pub(super) fn against_layers(&self, number: u32, first: bool, found: &mut Found) {
         let one = &self.cloth[number as usize];
         self.cloth_tree.overlapping(&self.layer_box(one), |item| {
-            let other = &self.cloth[item as usize];
-            if item > number || (item < number && !self.is_stale(other)) {
-                self.between_layers(number, item, first, found);
+            if item > number || (item < number && !self.loose[item as usize]) {
+                self.between_layers(number, item, [first, false], found);
             }
         });
     }
 
     /// Looks for meetings of two elements of cloth; features that share a vertex can't.
-    fn between_layers(&self, one: u32, other: u32, first: bool, found: &mut Found) {
+    fn between_layers(&self, one: u32, other: u32, [first, all]: [bool; 2], found: &mut Found) {
         let both = [one as usize, other as usize].map(|number| (number, &self.cloth[number]));
         self.cloth_boxes.pairs(both, |features, vertices| {
-            found
-                .touches
-                .extend(self.examine_layers(features, vertices, first));
+            let (slack, touch) = self.examine_layers(features, vertices, first);
+            for (number, _) in both {
+                if all {
+                    self.slack[number].lower(slack);
+                } else {
+                    self.slack[number].lose(slack);
+                }
+            }
+            found.touches.extend(touch);
         });
     }
 
