@@ -60,7 +60,11 @@ impl Ground {
             start,
             end,
         };
-        self.examine_closely(&pair, rules, first, way)
+        let closest = features.closest(start);
+        let distance = closest.between.length();
+        let far = distance > rules.radius + (1.0 + BAND) * rules.floor + way;
+        let touch = self.come_to(&pair, &closest, rules, first, far);
+        (distance - rules.radius, touch)
     }
 
     /// How much the ways of two features of layers may change together before they can meet (m), and what they come
@@ -83,26 +87,32 @@ impl Ground {
         if zone[0].is_some() && zone.iter().all(|other| *other == zone[0]) {
             return (0.0, None); // an affine map keeps apart what is apart, however close
         }
-        let way = relative_way(features, &start, &end);
-        let (gap, touch) = self.examine_closely(&pair, &self.rules[0], first, way);
-        (gap - way - (1.0 + BAND) * self.rules[0].floor, touch)
+        let rules = &self.rules[0];
+        let closest = features.closest(start);
+        let slack = gap_on_way(&pair, closest.between) - (1.0 + BAND) * rules.floor;
+        if slack > 0.0 && !(first && closest.between.length_squared() < self.reach(rules).powi(2)) {
+            return (slack, None);
+        }
+        let touch = self.come_to(&pair, &closest, rules, first, slack > 0.0);
+        (slack, touch)
     }
 
-    #[inline]
-    fn examine_closely(
+    /// What two features come to with given closest points at the step's start, where they don't meet if they keep
+    /// `far` on their way.
+    fn come_to(
         &self,
         pair: &Pair,
+        closest: &Closest,
         rules: &Rules,
         first: bool,
-        way: f64,
-    ) -> (f64, Option<Touch>) {
+        far: bool,
+    ) -> Option<Touch> {
         let &Pair {
             features,
             vertices,
             start,
             end,
         } = pair;
-        let closest = features.closest(start);
         let distance = closest.between.length();
         let gap = distance - rules.radius;
         // What starts inside a ball at least comes no closer to its centre.
@@ -120,7 +130,6 @@ impl Ground {
             friction: rules.friction,
             ..Touch::default()
         };
-        let far = distance > base + separation + band + way;
         let met = if far {
             None
         } else {
@@ -137,13 +146,13 @@ impl Ground {
             };
             touch.meets = true;
             (touch.weights, touch.normal) = (met.weights, met.normal);
-        } else if first && let Some(target) = self.pushed(pair, &closest, rules) {
+        } else if first && let Some(target) = self.pushed(pair, closest, rules) {
             touch.target = target;
             (touch.weights, touch.normal) = (closest.weights, closest.between / distance);
         } else {
-            return (gap, None);
+            return None;
         }
-        (gap, Some(touch))
+        Some(touch)
     }
 
     /// Gap from which on features need nothing (m).
@@ -244,6 +253,30 @@ impl Ground {
             }
         }
     }
+}
+
+/// Gap of two features along a direction, of any length, over their whole way (m); they are at least as far apart.
+#[inline]
+fn gap_on_way(pair: &Pair, direction: DVec3) -> f64 {
+    let length = direction.length();
+    if length == 0.0 {
+        return 0.0;
+    }
+    let gap = |x: &[DVec3; 4]| {
+        let [a, b, c, d] = places(x, direction);
+        match pair.features {
+            Features::VertexFace => a - b.max(c).max(d),
+            Features::EdgeEdge => a.min(b) - c.max(d),
+        }
+    };
+    gap(&pair.start).min(gap(&pair.end)) / length
+}
+
+/// Places of four vertices along a direction, from the first one's.
+#[inline]
+fn places([a, b, c, d]: &[DVec3; 4], direction: DVec3) -> [f64; 4] {
+    let place = |x: &DVec3| direction.dot(*x - *a);
+    [0.0, place(b), place(c), place(d)]
 }
 
 /// How much closer two features may come in a step at most (m).
