@@ -68,6 +68,9 @@ impl Ground {
     fn between_layers(&self, one: u32, other: u32, [first, all]: [bool; 2], found: &mut Found) {
         let both = [one as usize, other as usize].map(|number| (number, &self.cloth[number]));
         self.cloth_boxes.pairs(both, |features, vertices| {
+            if !all && vertices.iter().all(|&i| !self.stale[i as usize]) {
+                return;
+            }
             let (slack, touch) = self.examine_layers(features, vertices, first);
             for (number, _) in both {
                 if all {
