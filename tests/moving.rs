@@ -16,7 +16,7 @@ const ON_A_TABLE: [(Integrator, f64); 9] = [
     (Integrator::ImplicitMidpoint(SOLVED), 0.002),
     (Integrator::Bdf2(SOLVED), 0.002),
     (XPBD, 0.001),
-    (PROJECTIVE, 0.002),
+    (PROJECTIVE, 0.001),
 ];
 
 /// A sheet of 0.3 m × 0.3 m and 18 g, as it lies on something that moves.
