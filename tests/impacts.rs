@@ -674,3 +674,73 @@ fn fabric_of(world: &World) -> Fabric<'_> {
         edges: &[],
     }
 }
+
+#[test]
+fn cloth_finer_than_its_thickness_rests_as_it_is() {
+    // Cells of 1 mm, thickness 3 mm: what is closer at rest than the thickness isn't pushed apart.
+    let sheet = Mesh::sheet(20).moved(|x| x * 0.02);
+    let size = sheet.positions.len();
+    let before = sheet.positions.clone();
+    let mut world = layered(sheet, &[size], Vec::new(), 0.3);
+    world.gravity = DVec3::ZERO;
+    let all = run_alone(&mut world, 5);
+    assert!(all.iter().all(|r| r.impacts == 0), "{all:?}");
+    assert_eq!(world.cloth.positions, before);
+}
+
+#[test]
+fn a_slow_sheet_is_not_forgotten_on_its_way() {
+    // A millimetre a step from 12 mm away: what was clear at first isn't for ever.
+    let spike = Mesh::spike(0.05, 0.3).moved(|x| x + dvec3(0.03, -0.012, 0.01));
+    let mut world = World::new(Mesh::sheet(4), vec![spike], 0.3, None);
+    world.gravity = DVec3::ZERO;
+    world.velocities.fill(DVec3::Y * -0.25);
+    let all = world.run(40, |_, x| x);
+    assert!(all.iter().any(|r| r.impacts > 0));
+}
+
+#[test]
+fn impacts_are_inelastic_and_carry_along() {
+    let slab = Mesh::cuboid(dvec3(-2.0, -0.5, -2.0), dvec3(2.0, -0.003, 2.0));
+    let mut world = World::new(Mesh::sheet(4), vec![slab], 0.5, None);
+    world.gravity = DVec3::ZERO;
+    world.velocities.fill(DVec3::Y * -2.0);
+    let kinetic = world.kinetic();
+    let resolved = world.step(|_, x| x);
+    for v in &world.velocities {
+        assert!(v.length() < 1e-5, "{v} after an impact: {resolved:?}");
+    }
+    assert!(
+        (resolved.approach / kinetic - 1.0).abs() < 1e-9,
+        "{kinetic} J: {resolved:?}"
+    );
+    // The slab then moves: cloth gains its speed with μ g, and goes up with it.
+    world.gravity = DVec3::Y * -9.81;
+    let way = dvec3(0.5, 0.1, 0.0) * world.dt;
+    let mut work = 0.0;
+    for step in 0..60 {
+        let resolved = world.step(|_, x| x + way);
+        assert_eq!(resolved.missed, 0, "step {step}: {resolved:?}");
+        work += resolved.work;
+        let time = world.dt * f64::from(step + 1);
+        let speed = world.velocities.iter().map(|v| v.x).sum::<f64>() / 25.0;
+        let expected = (0.5 * 9.81 * time).min(0.5);
+        // The first step's push upwards also rubs: 0.5 · 0.1 m/s.
+        assert!(
+            (speed - expected).abs() < 0.06,
+            "step {step}: {speed}, {expected}"
+        );
+    }
+    let rise = world
+        .velocities
+        .iter()
+        .map(|v| (v.y - 0.1).abs())
+        .fold(0.0, f64::max);
+    let along = world
+        .velocities
+        .iter()
+        .map(|v| (v.x - 0.5).abs())
+        .fold(0.0, f64::max);
+    println!("carried: off by {along} m/s along and {rise} m/s up, {work} J of work");
+    assert!(along < 5e-3 && rise < 1e-3 && work > 0.0);
+}

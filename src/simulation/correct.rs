@@ -24,7 +24,8 @@ impl Simulation {
         }
         let parted = self.part_tangles();
         let (limited, touched) = self.hold_apart();
-        let touched = touched || parted;
+        let calmed = self.calm_tangles();
+        let touched = touched || parted || calmed;
         if touched {
             let before = survey.energy;
             *survey = self.survey();
@@ -129,6 +130,9 @@ impl Simulation {
             walls.fill(Wall::default());
             for contact in &contacts.list {
                 walls[contact.particle] = contact.wall(ago);
+            }
+            if let Some(tangles) = tangles {
+                tangles.hold(&state.positions, walls);
             }
             let limited = limit.apply(&mut state.positions, &model.inverse_masses, walls);
             if limited.passes == 0 {

@@ -218,3 +218,56 @@ impl Rigid {
         self.shift + self.turn.cross(x - self.about)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::dvec3;
+
+    #[test]
+    fn a_free_zone_keeps_its_momentum_and_angular_momentum() {
+        let wave = |i: u32, f: f64| (f64::from(i + 1) * f).sin();
+        let place = |i: u32| dvec3(wave(i, 1.1), wave(i, 2.3), wave(i, 3.7));
+        let vertices = Vertices {
+            start: (0..5).map(place).collect(),
+            end: (0..5).map(place).collect(),
+            velocity: (10..15).map(place).collect(),
+            inverse_mass: (0..5).map(|i| 1.0 / f64::from(i + 1)).collect(),
+        };
+        let momenta = |vertices: &Vertices| {
+            let each = vertices
+                .end
+                .iter()
+                .zip(&vertices.velocity)
+                .zip(&vertices.inverse_mass);
+            each.fold((DVec3::ZERO, DVec3::ZERO, 0.0), |(p, l, e), ((x, v), w)| {
+                (
+                    p + v / w,
+                    l + x.cross(*v) / w,
+                    e + 0.5 * v.length_squared() / w,
+                )
+            })
+        };
+        let before = momenta(&vertices);
+        let mut zones = Zones::new(5);
+        let touch = |vertices| Touch {
+            vertices,
+            ..Touch::default()
+        };
+        zones.join(&[touch([0, 1, 2, 3]), touch([3, 4, 1, 0])], &[]);
+        assert_eq!(zones.count(), 1);
+        let (mut after, mut slowed) = (vertices, Slowed::default());
+        zones.slow(&mut after, 0.01, &mut slowed);
+        let now = momenta(&after);
+        assert!((now.0 - before.0).length() < 1e-12, "{now:?} {before:?}");
+        assert!((now.1 - before.1).length() < 1e-7, "{now:?} {before:?}");
+        assert!((before.2 - now.2 - slowed.approach).abs() < 1e-12 && slowed.approach > 0.0);
+        // Rigid: no distance changes.
+        for i in 0..5 {
+            for j in 0..i {
+                let rate = (after.end[i] - after.end[j]).dot(after.velocity[i] - after.velocity[j]);
+                assert!(rate.abs() < 1e-12, "{i} {j}: {rate}");
+            }
+        }
+    }
+}
