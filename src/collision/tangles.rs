@@ -154,6 +154,7 @@ impl Tangles {
     ) -> Response {
         let mut response = Response::default();
         if self.is_given_up(state.time) {
+            self.pushes.fill(DVec3::ZERO);
             return response;
         }
         self.collect(scenery, &state.positions);
