@@ -13,6 +13,7 @@ mod bad_obstacles;
 mod bending;
 mod blackbox;
 mod contact;
+mod contact_study;
 mod contract;
 mod detection;
 mod error;

@@ -187,15 +187,15 @@ pub(super) struct StudyArgs {
         allow_negative_numbers = true
     )]
     pub(super) tolerance: Vec<f64>,
-    /// Simulated time (s); the scene's own, at most 0.5 s, by default. The longer, the more every detail
-    /// decides.
+    /// Simulated time (s); the scene's own, at most 0.5 s (with --contact 1 s, with --ablate all of it), by
+    /// default. The longer, the more every detail decides.
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     pub(super) duration: Option<f64>,
     /// Times up to the end at which states are compared.
     #[arg(long, value_name = "N")]
     pub(super) times: Option<u32>,
     /// The error of the mesh instead: the same scene at these cells along the longest side.
-    #[arg(long, value_name = "N,…", value_delimiter = ',', conflicts_with_all = ["stability", "ablate"])]
+    #[arg(long, value_name = "N,…", value_delimiter = ',', conflicts_with_all = ["stability", "ablate", "contact"])]
     pub(super) cells: Vec<u32>,
     /// A map of what is stable instead, over the step and stiffness, mass-ratio or damping.
     #[arg(
@@ -204,12 +204,16 @@ pub(super) struct StudyArgs {
         num_args = 0..=1,
         require_equals = true,
         default_missing_value = "stiffness",
-        conflicts_with = "ablate"
+        conflicts_with_all = ["ablate", "contact"]
     )]
     pub(super) stability: Option<Axis>,
     /// Switch off each part of the model in turn instead: what it changes, and what it costs.
-    #[arg(long)]
+    #[arg(long, conflicts_with = "contact")]
     pub(super) ablate: bool,
+    /// Turn the dial of contact instead: exact distances and grids of 10, 5 and 2.5 mm, each with continuous
+    /// detection and without; how deep cloth gets, how far it is moved, and what it costs.
+    #[arg(long)]
+    pub(super) contact: bool,
     /// Smallest error (m) that the reference should tell.
     #[arg(
         long,

@@ -28,7 +28,7 @@ pub(super) fn read_obstacle(
     let shape = match &obstacle.shape {
         ObstacleShape::Obj(shape) => {
             let (mesh, surface) = read_body(loaded, i, obstacle, shape, notes)?;
-            let grid = grid(obstacle, &surface).map_err(|cause| {
+            let grid = grid(obstacle, &surface, notes).map_err(|cause| {
                 loaded.error(&Fault::new(format!("obstacle.{i}.distance"), cause))
             })?;
             Solid::Mesh {
@@ -83,13 +83,34 @@ pub(super) fn read_obstacle(
 }
 
 /// The distance grid that is asked for, wide enough for particles that are as close as contact is noticed.
-fn grid(obstacle: &schema::Obstacle, surface: &Surface) -> Result<Option<DistanceGrid>, String> {
+fn grid(
+    obstacle: &schema::Obstacle,
+    surface: &Surface,
+    notes: &mut Vec<String>,
+) -> Result<Option<DistanceGrid>, String> {
     let DistanceName::Grid(cell) = obstacle.distance else {
         return Ok(None);
     };
     let band = (2.0 * cell).max(3.0 * obstacle.thickness);
     let grid = DistanceGrid::new(surface, cell, band).map_err(|wrong| wrong.to_string())?;
+    notes.extend(too_coarse(obstacle, &grid));
     Ok(Some(grid))
+}
+
+/// Share of the thickness by which a grid may be off without a note: half of it is left then.
+const GRID_SHARE: f64 = 0.5;
+
+/// What to say of a grid that is off by much of the distance that cloth keeps.
+fn too_coarse(obstacle: &schema::Obstacle, grid: &DistanceGrid) -> Option<String> {
+    let (error, thickness) = (grid.error().largest, obstacle.thickness);
+    (error > GRID_SHARE * thickness).then(|| {
+        format!(
+            "obstacle {}: the distances of its grid are off by up to {:.2} mm, more than half of its thickness of {} mm; use a finer grid or distance = \"exact\"",
+            obstacle.name,
+            1000.0 * error,
+            1000.0 * thickness
+        )
+    })
 }
 
 /// A closed mesh, turned outward and placed.
@@ -127,5 +148,42 @@ fn center(shape: &Solid) -> DVec3 {
         Solid::Mesh { mesh, .. } => mesh.bounds().map_or(DVec3::ZERO, |(a, b)| 0.5 * (a + b)),
         Solid::Plane { point, .. } => *point,
         Solid::Sphere { center, .. } => *center,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::scene::{build, load};
+
+    /// Distances around a box of sharp edges are off by a share of the cell, from a brick with an edge in
+    /// it on; what may be left of 3 mm is half of it.
+    #[test]
+    fn a_grid_that_is_off_by_half_the_thickness_is_noted() {
+        let notes = |changes: &[&str]| {
+            let mut all = vec!["cloth.0.shape.sheet.cells=[2, 2]".to_owned()];
+            all.extend(changes.iter().map(|&change| change.to_owned()));
+            let built = build(&load("table-cloth", &all).unwrap()).unwrap();
+            let error = built.model.obstacles[0].shape.grid_error();
+            (error.map(|error| error.largest), built.notes)
+        };
+        assert_eq!(notes(&[]), (None, Vec::new()));
+        let grid = "obstacle.table.distance={ grid = 0.02 }";
+        let (error, noted) = notes(&[grid]);
+        let error = error.unwrap();
+        assert!(error > 0.0015, "{error}");
+        assert_eq!(noted.len(), 1, "{noted:?}");
+        for words in [
+            "obstacle table",
+            "finer grid",
+            &format!("{:.2} mm", 1000.0 * error),
+        ] {
+            assert!(noted[0].contains(words), "{words}: {}", noted[0]);
+        }
+        // The very same grid beside a thickness just above and just below twice its error.
+        for (share, noted) in [(2.01, false), (1.99, true)] {
+            let thickness = format!("obstacle.table.thickness={:?}", share * error);
+            let (_, notes) = notes(&[grid, &thickness]);
+            assert_eq!(notes.len(), usize::from(noted), "{share}: {notes:?}");
+        }
     }
 }

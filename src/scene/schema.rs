@@ -283,6 +283,14 @@ pub struct Obstacle {
     pub motion: Option<ObstacleMotion>,
 }
 
+impl Obstacle {
+    /// Whether a distance grid can stand for it: an OBJ that keeps its shape.
+    pub fn takes_grid(&self) -> bool {
+        matches!(self.shape, ObstacleShape::Obj(_))
+            && matches!(self.motion, None | Some(ObstacleMotion::Keyframes(_)))
+    }
+}
+
 /// How the distances of particles from an obstacle are found.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]

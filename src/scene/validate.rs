@@ -314,8 +314,7 @@ fn check_obstacle(at: &str, obstacle: &Obstacle) -> Result<(), Fault> {
     if let DistanceName::Grid(cell) = obstacle.distance {
         let at = format!("{at}.distance");
         positive(&format!("{at}.grid"), cell)?;
-        let of_one_piece = matches!(obstacle.motion, None | Some(ObstacleMotion::Keyframes(_)));
-        if !matches!(obstacle.shape, ObstacleShape::Obj(_)) || !of_one_piece {
+        if !obstacle.takes_grid() {
             let cause = "needs an obj that keeps its shape; use distance = \"exact\"";
             return Err(Fault::new(at, cause));
         }

@@ -5,7 +5,7 @@ use super::{Diverged, Simulation, Stage};
 use crate::collision::{Masses, Response, respond};
 use crate::energy::{CONTACT, FRICTION, Ledger, STRAIN_LIMIT, potential_at};
 use crate::model::Model;
-use crate::strain_limit::{Limited, Wall};
+use crate::strain_limit::{Held, Limited, Wall};
 use glam::DVec3;
 
 /// Rounds of strain limiting and contact in a step: each undoes a little of the other. Steps of
@@ -49,6 +49,7 @@ impl Simulation {
     /// Strain limiting and contact of particles, then of whole edges and triangles, until neither undoes the
     /// other; the last word is that of contact. Also says whether anything was changed.
     fn hold_apart(&mut self) -> (Limited, bool) {
+        self.holds.clear();
         let (mut limited, mut touched) = self.limit_strain_and_contact(true);
         for _ in 1..MAX_IMPACT_ROUNDS {
             if !self.resolve_impacts() {
@@ -60,6 +61,10 @@ impl Simulation {
             };
             if !limit.is_exceeded(&self.state.positions) {
                 return (limited, touched);
+            }
+            // From now on springs are shortened with what impacts have parted kept apart.
+            if let Some(impacts) = &self.impacts {
+                impacts.holds(&mut self.holds);
             }
             let (again, _) = self.limit_strain_and_contact(false);
             limited.passes += again.passes;
@@ -112,6 +117,7 @@ impl Simulation {
             state,
             unlimited,
             walls,
+            holds,
             contacts,
             ledger,
             mover,
@@ -134,7 +140,12 @@ impl Simulation {
             if let Some(tangles) = tangles {
                 tangles.hold(&state.positions, walls);
             }
-            let limited = limit.apply(&mut state.positions, &model.inverse_masses, walls);
+            let held = Held {
+                inverse_masses: &model.inverse_masses,
+                walls,
+                holds,
+            };
+            let limited = limit.apply(&mut state.positions, held);
             if limited.passes == 0 {
                 return limited;
             }

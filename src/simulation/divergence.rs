@@ -10,6 +10,7 @@ use crate::integrator::Integrator;
 use crate::linear::Solve;
 use crate::model::Model;
 use crate::state::State;
+use crate::strain_limit::Held;
 use std::fmt;
 
 /// Why a run can't go on.
@@ -251,6 +252,7 @@ impl Simulation {
             model,
             unlimited,
             walls,
+            holds,
             ..
         } = self;
         let sound = |positions: &[glam::DVec3]| positions.iter().all(|x| x.is_finite());
@@ -258,7 +260,12 @@ impl Simulation {
             Some(limit) if !model.obstacles.is_empty() => {
                 // The last limiting again, from what it began with.
                 let began_sound = sound(unlimited);
-                limit.apply(unlimited, &model.inverse_masses, walls);
+                let held = Held {
+                    inverse_masses: &model.inverse_masses,
+                    walls,
+                    holds,
+                };
+                limit.apply(unlimited, held);
                 if began_sound && !sound(unlimited) {
                     Stage::LimitStrain
                 } else {

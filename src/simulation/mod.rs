@@ -37,7 +37,7 @@ use crate::integrator::{Integrator, Scheme};
 use crate::linear::{Solve, awake};
 use crate::model::Model;
 use crate::state::State;
-use crate::strain_limit::{Limited, Wall};
+use crate::strain_limit::{Hold, Limited, Wall};
 use glam::DVec3;
 use survey::{Survey, View, moving};
 
@@ -82,6 +82,8 @@ pub struct Simulation {
     /// What strain limiting must not pull particles into, scratch; empty without a strain limit or
     /// without obstacles.
     walls: Vec<Wall>,
+    /// What it must not pull together either, scratch.
+    holds: Vec<Hold>,
 }
 
 /// What a step did.
@@ -130,6 +132,7 @@ impl Simulation {
             stats: Stats::default(),
             unlimited: vec![DVec3::ZERO; limited],
             walls: vec![Wall::default(); walled],
+            holds: Vec::new(),
             integrator,
             dt,
             start: state.time,

@@ -2,4 +2,4 @@
 
 mod provot;
 
-pub use provot::{Limited, StrainLimit, Wall};
+pub use provot::{Held, Hold, Limited, StrainLimit, Wall};

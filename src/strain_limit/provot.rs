@@ -54,14 +54,8 @@ impl StrainLimit {
     /// spring in proportion to their inverse mass, so that Σ m x stays and no torque arises.
     /// Passes run forwards and backwards in turn: a correction travels along the rows in both
     /// directions. They visit the springs near the limit only; when those hold, all are looked at
-    /// again. `walls` keep particles that touch an obstacle from being pulled into it: one entry a
-    /// particle, or none where there is no obstacle.
-    pub fn apply(
-        &self,
-        positions: &mut [DVec3],
-        inverse_masses: &[f64],
-        walls: &[Wall],
-    ) -> Limited {
+    /// again. `held` keeps what touches from being pulled together.
+    pub fn apply(&self, positions: &mut [DVec3], held: Held<'_>) -> Limited {
         let before = self.largest_strain(positions);
         let mut limited = Limited {
             passes: 0,
@@ -76,15 +70,7 @@ impl StrainLimit {
                 .filter(|spring| spring.stretch_squared(positions) > near * near)
                 .collect();
             let most = MAX_PASSES - limited.passes;
-            let passes = self.relax(
-                &hot,
-                positions,
-                Held {
-                    inverse_masses,
-                    walls,
-                },
-                most,
-            );
+            let passes = self.relax(&hot, positions, held, most);
             if passes == 0 {
                 break; // within rounding of the slack
             }
@@ -125,6 +111,9 @@ impl StrainLimit {
                     .rev()
                     .for_each(|spring| self.shorten(spring, factor, positions, held));
             }
+            for hold in held.holds {
+                hold.keep(positions, held.inverse_masses);
+            }
         }
         most
     }
@@ -163,11 +152,47 @@ impl StrainLimit {
     }
 }
 
-/// What limits a particle's motion while springs are shortened.
-#[derive(Clone, Copy)]
-struct Held<'a> {
-    inverse_masses: &'a [f64],
-    walls: &'a [Wall],
+/// What limits the particles' motion while springs are shortened.
+#[derive(Clone, Copy, Debug)]
+pub struct Held<'a> {
+    /// 1/mass (1/kg), 0 for particles that must not move.
+    pub inverse_masses: &'a [f64],
+    /// For particles that touch an obstacle: one entry a particle, or none where there is no obstacle.
+    pub walls: &'a [Wall],
+    /// For edges and triangles that touch something.
+    pub holds: &'a [Hold],
+}
+
+/// A gap between features that must not close: Σ wᵢ n · xᵢ ≥ c over up to four particles.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Hold {
+    /// The particles; those of weight 0 don't count.
+    pub particles: [u32; 4],
+    /// wᵢ, those of the feature behind the gap negative.
+    pub weights: [f64; 4],
+    /// n, the gap's unit direction.
+    pub normal: DVec3,
+    /// c (m).
+    pub offset: f64,
+}
+
+impl Hold {
+    /// Moves the particles along the normal by their weights and inverse masses, if the gap is too small.
+    fn keep(&self, positions: &mut [DVec3], inverse_masses: &[f64]) {
+        let (mut gap, mut compliance) = (-self.offset, 0.0);
+        let each = || self.particles.into_iter().zip(self.weights);
+        for (i, weight) in each().filter(|(_, weight)| *weight != 0.0) {
+            gap += weight * self.normal.dot(positions[i as usize]);
+            compliance += weight * weight * inverse_masses[i as usize];
+        }
+        if gap >= 0.0 || compliance <= 0.0 {
+            return;
+        }
+        let push = self.normal * (-gap / compliance);
+        for (i, weight) in each().filter(|(_, weight)| *weight != 0.0) {
+            positions[i as usize] += push * (weight * inverse_masses[i as usize]);
+        }
+    }
 }
 
 impl Held<'_> {
@@ -204,6 +229,38 @@ impl Wall {
 mod tests {
     use super::*;
 
+    fn by_mass(inverse_masses: &[f64]) -> Held<'_> {
+        Held {
+            inverse_masses,
+            walls: &[],
+            holds: &[],
+        }
+    }
+
+    /// A row across a sharp edge that only its middle spring touches: the limit is reached on both sides of it,
+    /// and the gap stays.
+    #[test]
+    fn a_gap_between_features_stays_open() {
+        let limit = row(4);
+        let mut positions: Vec<DVec3> = [-0.3, -0.1, 0.1, 0.3]
+            .map(|x: f64| DVec3::new(x, -x.abs(), 0.0))
+            .to_vec();
+        let hold = Hold {
+            particles: [1, 2, 0, 0],
+            weights: [0.5, 0.5, 0.0, 0.0],
+            normal: DVec3::Y,
+            offset: -0.1,
+        };
+        let held = Held {
+            holds: &[hold],
+            ..by_mass(&[1.0; 4])
+        };
+        let limited = limit.apply(&mut positions, held);
+        assert!(limited.before > 0.9 && limited.after <= limit.max + 2.0 * SLACK);
+        let height = 0.5 * (positions[1].y + positions[2].y);
+        assert!(height >= -0.1 - 1e-12, "{height}");
+    }
+
     fn row(particles: u32) -> StrainLimit {
         let springs = (1..particles)
             .map(|j| Spring {
@@ -230,7 +287,7 @@ mod tests {
             positions.iter().zip(&masses).map(|(x, m)| *x * *m).sum()
         };
         let before = moment(&positions);
-        let limited = limit.apply(&mut positions, &inverse, &[]);
+        let limited = limit.apply(&mut positions, by_mass(&inverse));
         assert!(limited.before > 0.3 && limited.passes > 0, "{limited:?}");
         assert!(
             limited.after <= 0.1 + SLACK && limited.passes < 200,
@@ -243,10 +300,10 @@ mod tests {
     fn pinned_particles_stay_and_two_pins_too_far_apart_are_reported() {
         let limit = row(2);
         let mut positions = vec![DVec3::ZERO, DVec3::X];
-        let limited = limit.apply(&mut positions, &[0.0, 0.0], &[]);
+        let limited = limit.apply(&mut positions, by_mass(&[0.0, 0.0]));
         assert_eq!(positions, [DVec3::ZERO, DVec3::X]);
         assert!(limited.after > 8.9, "{limited:?}");
-        let limited = limit.apply(&mut positions, &[0.0, 2.0], &[]);
+        let limited = limit.apply(&mut positions, by_mass(&[0.0, 2.0]));
         assert!(positions[0] == DVec3::ZERO && limited.after <= 0.1 + SLACK);
     }
 
@@ -254,7 +311,7 @@ mod tests {
     fn what_is_within_the_limit_is_left_alone() {
         let limit = row(2);
         let mut positions = vec![DVec3::ZERO, DVec3::X * 0.105];
-        assert_eq!(limit.apply(&mut positions, &[1.0, 1.0], &[]).passes, 0);
+        assert_eq!(limit.apply(&mut positions, by_mass(&[1.0, 1.0])).passes, 0);
         assert_eq!(positions[1], DVec3::X * 0.105);
     }
 
@@ -266,7 +323,13 @@ mod tests {
             normal: DVec3::Y,
             offset: 0.0,
         };
-        let limited = limit.apply(&mut positions, &[1.0, 1.0], &[wall, Wall::default()]);
+        let limited = limit.apply(
+            &mut positions,
+            Held {
+                walls: &[wall, Wall::default()],
+                ..by_mass(&[1.0, 1.0])
+            },
+        );
         assert!(
             limited.after <= 0.1 + SLACK && positions[0].y >= 0.0 && positions[0].x > 0.0,
             "{positions:?}"

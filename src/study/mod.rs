@@ -4,10 +4,11 @@
 //! A [`Subject`] is the scene and how it is run; a [`Reference`] what runs are compared with; a
 //! [`sweep`](sweep()) measures one [`Row`] a [`Setting`]. [`front`] finds what is worth its time, [`table`] and
 //! [`diagram()`] say it, [`overlay`] shows it. Errors are those of the time step, on one mesh; [`mesh`]
-//! has those of the mesh. [`ablate`] finds which parts of the model the scene needs, [`stability`] at
-//! which steps it runs at all.
+//! has those of the mesh. [`ablate`] finds which parts of the model the scene needs, [`contact`] what
+//! exact distances and continuous detection are worth, [`stability`] at which steps it runs at all.
 
 pub mod ablate;
+pub mod contact;
 mod date;
 mod diagram;
 mod distance;

@@ -296,6 +296,12 @@ pub(super) fn whole(
             track.see(simulation);
         }
     })?;
+    completed(subject, trial)
+}
+
+/// A run, if it came to its end.
+pub(super) fn completed(subject: &Subject<'_>, trial: Trial) -> Result<Trial, StudyError> {
+    let setting = trial.setting;
     let failed = |reason: String, remedy: &str| StudyError::NoReference {
         setting: format!("{} at {}", setting.series(), setting.dial()),
         reason,

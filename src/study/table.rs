@@ -47,7 +47,8 @@ pub fn csv(subject: &Subject<'_>, rows: &[Row]) -> String {
     text
 }
 
-fn number(x: Option<f64>) -> String {
+/// A number that round-trips, if there is one.
+pub(super) fn number(x: Option<f64>) -> String {
     x.map_or_else(String::new, |x| format!("{x:?}"))
 }
 

@@ -1,6 +1,8 @@
-//! `muslin study`: what accuracy costs in a scene, where it is stable, and which parts it needs.
+//! `muslin study`: what accuracy costs in a scene, where it is stable, which parts it needs, and what its
+//! contact is worth.
 
 mod ablate;
+mod contact;
 mod map;
 mod mesh;
 mod sweep;
@@ -19,6 +21,9 @@ use std::path::PathBuf;
 /// What a study covers of a longer scene (s): swings and contacts, but not yet the folds that a change
 /// in the last digit decides.
 const LONGEST: f64 = 0.5;
+
+/// The same of contact, which has to rest as well as to begin.
+const LONGEST_CONTACT: f64 = 1.0;
 
 /// Times at which states are compared; an ablation looks at the whole scene.
 const TIMES: u32 = 6;
@@ -41,6 +46,8 @@ pub(super) fn run(args: &StudyArgs) -> Result<(), Failure> {
         map::run(&subject, args, axis, &out)
     } else if args.ablate {
         ablate::run(&subject, args, &out)
+    } else if args.contact {
+        contact::run(&subject, &out)
     } else if args.cells.is_empty() {
         sweep::run(&mut subject, args, &out)
     } else {
@@ -78,6 +85,7 @@ fn duration(args: &StudyArgs, loaded: &LoadedScene) -> Result<f64, Failure> {
         )),
         Some(seconds) => Ok(seconds),
         None if args.ablate => Ok(whole),
+        None if args.contact => Ok(whole.min(LONGEST_CONTACT)),
         None => Ok(whole.min(LONGEST)),
     }
 }

@@ -13,17 +13,19 @@ pub(super) struct Element {
     /// Its vertices.
     pub(super) corners: [u32; 3],
     /// Which of them it owns.
-    vertices: [bool; 3],
+    pub(super) vertices: [bool; 3],
     /// Which of its edges it owns; each begins at the corner of its number.
-    edges: [bool; 3],
+    pub(super) edges: [bool; 3],
     /// Whether it is a triangle.
-    face: bool,
+    pub(super) face: bool,
     /// The solid it belongs to; 0 for cloth.
     pub(super) solid: u32,
 }
 
 impl Element {
-    fn edge(&self, k: usize) -> [u32; 2] {
+    /// The vertices of the edge that begins at a corner.
+    #[inline]
+    pub(super) fn edge(&self, k: usize) -> [u32; 2] {
         [self.corners[k], self.corners[(k + 1) % 3]]
     }
 }

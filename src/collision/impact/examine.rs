@@ -26,6 +26,14 @@ const SHARE: f64 = 0.25;
 /// Anderson 2002).
 const REPULSION: f64 = 0.1;
 
+/// Two features and the ways of their vertices.
+struct Pair {
+    features: Features,
+    vertices: [u32; 4],
+    start: [DVec3; 4],
+    end: [DVec3; 4],
+}
+
 impl Ground {
     /// Gap of two features at the step's start (m), and what they come to.
     pub(super) fn examine(
@@ -49,7 +57,65 @@ impl Ground {
         if zone[0].is_some() && zone.iter().all(|other| *other == zone[0]) {
             return (f64::MAX, None); // an affine map keeps apart what is apart, however close
         }
+        let pair = Pair {
+            features,
+            vertices,
+            start,
+            end,
+        };
         let closest = features.closest(start);
+        let distance = closest.between.length();
+        let far = distance > rules.radius + (1.0 + BAND) * rules.floor + way;
+        let touch = self.come_to(&pair, &closest, rules, first, far);
+        (distance - rules.radius, touch)
+    }
+
+    /// How much the ways of two features of layers may change together before they can meet (m), and what they come
+    /// to. Their boxes overlap.
+    pub(super) fn examine_layers(
+        &self,
+        features: Features,
+        vertices: [u32; 4],
+        first: bool,
+    ) -> (f64, Option<Touch>) {
+        let start = of(&self.vertices.start, vertices);
+        let end = of(&self.vertices.end, vertices);
+        let pair = Pair {
+            features,
+            vertices,
+            start,
+            end,
+        };
+        let zone = vertices.map(|i| self.zone[i as usize]);
+        if zone[0].is_some() && zone.iter().all(|other| *other == zone[0]) {
+            return (0.0, None); // an affine map keeps apart what is apart, however close
+        }
+        let rules = &self.rules[0];
+        let closest = features.closest(start);
+        let slack = gap_on_way(&pair, closest.between) - (1.0 + BAND) * rules.floor;
+        if slack > 0.0 && !(first && closest.between.length_squared() < self.reach(rules).powi(2)) {
+            return (slack, None);
+        }
+        let touch = self.come_to(&pair, &closest, rules, first, slack > 0.0);
+        (slack, touch)
+    }
+
+    /// What two features come to with given closest points at the step's start, where they don't meet if they keep
+    /// `far` on their way.
+    fn come_to(
+        &self,
+        pair: &Pair,
+        closest: &Closest,
+        rules: &Rules,
+        first: bool,
+        far: bool,
+    ) -> Option<Touch> {
+        let &Pair {
+            features,
+            vertices,
+            start,
+            end,
+        } = pair;
         let distance = closest.between.length();
         let gap = distance - rules.radius;
         // What starts inside a ball at least comes no closer to its centre.
@@ -67,7 +133,6 @@ impl Ground {
             friction: rules.friction,
             ..Touch::default()
         };
-        let far = distance > base + separation + band + way;
         let met = if far {
             None
         } else {
@@ -84,13 +149,13 @@ impl Ground {
             };
             touch.meets = true;
             (touch.weights, touch.normal) = (met.weights, met.normal);
-        } else if first && let Some(target) = self.pushed(features, vertices, &closest, rules) {
+        } else if first && let Some(target) = self.pushed(pair, closest, rules) {
             touch.target = target;
             (touch.weights, touch.normal) = (closest.weights, closest.between / distance);
         } else {
-            return (gap, None);
+            return None;
         }
-        (gap, Some(touch))
+        Some(touch)
     }
 
     /// Gap from which on features need nothing (m).
@@ -101,13 +166,13 @@ impl Ground {
 
     /// The gap (m) that two features which don't meet should end the step with, if that is more than they will have
     /// and they are closer than they should be.
-    fn pushed(
-        &self,
-        features: Features,
-        vertices: [u32; 4],
-        closest: &Closest,
-        rules: &Rules,
-    ) -> Option<f64> {
+    fn pushed(&self, pair: &Pair, closest: &Closest, rules: &Rules) -> Option<f64> {
+        let &Pair {
+            features,
+            vertices,
+            ref end,
+            ..
+        } = pair;
         let distance = closest.between.length();
         let (full, share) = match &self.layers {
             Some(layers) if (vertices[0].max(vertices[3]) as usize) < layers.rest.len() => {
@@ -118,11 +183,14 @@ impl Ground {
         if distance >= full || distance == 0.0 {
             return None;
         }
+        let normal = closest.between / distance;
+        let ends = (0..4).map(|k| end[k] * closest.weights[k]);
+        let gap = normal.dot(ends.sum());
+        if gap >= distance + share * (full - distance) {
+            return None; // whatever the features' distance at rest
+        }
         let full = self.rest_distance(features, vertices, full);
         let target = distance + share * (full - distance);
-        let normal = closest.between / distance;
-        let ends = (0..4).map(|k| self.vertices.end[vertices[k] as usize] * closest.weights[k]);
-        let gap = normal.dot(ends.sum());
         (distance < full && gap < target).then_some(target)
     }
 
@@ -136,7 +204,10 @@ impl Ground {
         if own.is_none() || vertices.iter().any(|&i| cloth(i) != own) {
             return distance;
         }
-        let rest = vertices.map(|i| layers.rest[i as usize]);
+        let rest = of(&layers.rest, vertices);
+        if boxes_apart(features, &rest) * (1.0 - LAYER_FLOOR) >= distance {
+            return distance;
+        }
         let apart = features.closest(rest).between.length();
         distance.min(apart * (1.0 - LAYER_FLOOR))
     }
@@ -189,6 +260,30 @@ impl Ground {
             }
         }
     }
+}
+
+/// Gap of two features along a direction, of any length, over their whole way (m); they are at least as far apart.
+#[inline]
+fn gap_on_way(pair: &Pair, direction: DVec3) -> f64 {
+    let length = direction.length();
+    if length == 0.0 {
+        return 0.0;
+    }
+    let gap = |x: &[DVec3; 4]| {
+        let [a, b, c, d] = places(x, direction);
+        match pair.features {
+            Features::VertexFace => a - b.max(c).max(d),
+            Features::EdgeEdge => a.min(b) - c.max(d),
+        }
+    };
+    gap(&pair.start).min(gap(&pair.end)) / length
+}
+
+/// Places of four vertices along a direction, from the first one's.
+#[inline]
+fn places([a, b, c, d]: &[DVec3; 4], direction: DVec3) -> [f64; 4] {
+    let place = |x: &DVec3| direction.dot(*x - *a);
+    [0.0, place(b), place(c), place(d)]
 }
 
 /// How much closer two features may come in a step at most (m).

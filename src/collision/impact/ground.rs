@@ -1,7 +1,9 @@
 //! Everything that can meet: vertices, elements, their boxes and the rules between them.
 
 use super::element::{Element, elements};
+use super::element_boxes::ElementBoxes;
 use super::examine::CLEAR;
+use super::slack::{LOOSE, Slack};
 use super::solid::{LAYER_FLOOR, Layers, Shape, Solid};
 use super::stage::Fabric;
 use super::touch::Vertices;
@@ -38,6 +40,8 @@ pub(super) struct Ground {
     pub(super) cloth: Vec<Element>,
     /// Their boxes over the step; empty without layers.
     pub(super) cloth_tree: Bvh,
+    /// Boxes of their features over the step; empty without layers.
+    pub(super) cloth_boxes: ElementBoxes,
     /// Elements of all solids but planes; their numbers in `rules` begin at 1.
     pub(super) solid: Vec<Element>,
     /// Their boxes over the step.
@@ -48,6 +52,13 @@ pub(super) struct Ground {
     pub(super) layers: Option<Layers>,
     /// Whether a vertex's way isn't the one that was last searched.
     pub(super) stale: Vec<bool>,
+    /// Ends of the vertices' ways when all layers were searched last (m).
+    pub(super) layer_ends: Vec<DVec3>,
+    /// How much the ways of each element of layers and of another may differ from those together before the two
+    /// can meet (m), at least; 0 for elements that are looked for whenever their ways change.
+    pub(super) slack: Vec<Slack>,
+    /// Elements of layers that are looked for.
+    pub(super) loose: Vec<bool>,
     /// The rigid zone of each vertex that moves with one.
     pub(super) zone: Vec<Option<u32>>,
     /// Particles that are left alone, since they start across something; empty where none does.
@@ -108,6 +119,7 @@ impl Ground {
             firsts.push(count);
             count += one.shape.vertices();
         }
+        let cloth = elements(0, particles as u32, fabric.triangles, fabric.edges, 0);
         let ground = Self {
             vertices: Vertices {
                 start: vec![DVec3::ZERO; count],
@@ -115,8 +127,12 @@ impl Ground {
                 velocity: vec![DVec3::ZERO; count],
                 inverse_mass: vec![0.0; count],
             },
-            cloth: elements(0, particles as u32, fabric.triangles, fabric.edges, 0),
+            layer_ends: vec![DVec3::NAN; particles],
+            slack: vec![Slack::default(); cloth.len()],
+            loose: vec![true; cloth.len()],
+            cloth,
             cloth_tree: Bvh::new(&[]),
+            cloth_boxes: ElementBoxes::default(),
             solid,
             solid_tree: Bvh::new(&[]),
             planes,
@@ -151,12 +167,15 @@ impl Ground {
             vertices,
             cloth,
             cloth_tree,
+            cloth_boxes,
             layers,
             ..
         } = self;
         if let Some(layers) = layers {
+            let margin = 0.5 * layers.thickness;
+            cloth_boxes.fit(vertices, cloth, layers.rest.len(), margin);
             fit(cloth_tree, cloth.len(), |item| {
-                swept(vertices, &cloth[item as usize]).grown(0.5 * layers.thickness)
+                swept(vertices, &cloth[item as usize]).grown(margin)
             });
         }
     }
@@ -181,6 +200,41 @@ impl Ground {
         self.exempt
             .get(vertex as usize)
             .is_some_and(|&exempt| exempt)
+    }
+
+    /// Notes that all layers are searched.
+    pub(super) fn fasten(&mut self) {
+        let thickness = self.layers.as_ref().map_or(0.0, |layers| layers.thickness);
+        let particles = self.layer_ends.len();
+        self.layer_ends
+            .copy_from_slice(&self.vertices.end[..particles]);
+        self.slack
+            .iter()
+            .for_each(|slack| slack.set(LOOSE * thickness));
+    }
+
+    /// Finds the elements of layers whose ways have changed so much that they may meet something. Returns whether
+    /// there are any.
+    ///
+    /// Two that keep within half of their slacks can't meet. One that doesn't is looked for from then on whenever
+    /// its way changes, and so is what it then has too close to it for its own slack.
+    pub(super) fn loosen(&mut self) -> bool {
+        let mut loose = std::mem::take(&mut self.loose);
+        let mut any = false;
+        for ((loose, element), slack) in loose.iter_mut().zip(&self.cloth).zip(&self.slack) {
+            let change =
+                |i: u32| (self.vertices.end[i as usize] - self.layer_ends[i as usize]).length();
+            *loose = self.is_stale(element) && {
+                let [a, b, c] = element.corners.map(change);
+                2.0 * a.max(b).max(c) >= slack.get()
+            };
+            if *loose {
+                slack.set(0.0);
+                any = true;
+            }
+        }
+        self.loose = loose;
+        any
     }
 
     /// Whether the way of an element has changed since it was searched.

@@ -10,11 +10,13 @@
 
 mod advance;
 mod element;
+mod element_boxes;
 mod examine;
 mod features;
 mod ground;
 mod resolve;
 mod search;
+mod slack;
 mod slowing;
 mod solid;
 mod stage;

@@ -7,6 +7,7 @@ use super::search::Found;
 use super::slowing::slow;
 use super::stage::{Impacts, Resolved, Step, TASK};
 use super::touch::separate;
+use crate::strain_limit::Hold;
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -52,20 +53,25 @@ impl Impacts {
     pub fn exempt(&mut self, exempt: impl Iterator<Item = bool>) {
         self.ground.exempt.clear();
         self.ground.exempt.extend(exempt);
+        // What was left out has not been searched: nothing that is known holds.
+        self.free = false;
+        self.searched.fill(DVec3::NAN);
+        self.ground.slack.iter().for_each(|slack| slack.set(0.0));
     }
 
     /// Changes the ends of a step's ways, and the velocities, so that nothing passes through anything.
     ///
-    /// At the step's start nothing may cross but what is [left out](Self::exempt). Ways are straight lines from there.
+    /// At the step's start nothing may cross but what is [left out](Self::exempt). Ways are straight lines from
+    /// there. Of a step that is resolved again, with solids at rest, only ways that have changed since are searched.
     pub fn resolve(
         &mut self,
         step: Step<'_>,
         positions: &mut [DVec3],
         velocities: &mut [DVec3],
     ) -> Resolved {
-        self.begin(step, positions, velocities);
+        let again = self.begin(step, positions, velocities);
         let mut resolved = Resolved::default();
-        let mut found = self.search(true);
+        let mut found = self.search(true, !again);
         resolved.rounds = 1;
         let floors = self.ground.rules.iter().map(|rules| rules.floor);
         let precision = PRECISION * floors.filter(|floor| *floor > 0.0).fold(f64::MAX, f64::min);
@@ -88,7 +94,7 @@ impl Impacts {
                 first,
                 precision,
             );
-            found = self.search(false);
+            found = self.search(false, false);
             resolved.rounds += 1;
         }
         self.part_rigidly(found, &mut resolved);
@@ -98,15 +104,39 @@ impl Impacts {
             positions[..self.particles].copy_from_slice(&vertices.end[..self.particles]);
             velocities[..self.particles].copy_from_slice(&vertices.velocity[..self.particles]);
         }
-        self.end();
+        self.end(&resolved);
         resolved
     }
 
-    /// Takes over where the step begins and where it would end.
-    fn begin(&mut self, step: Step<'_>, positions: &[DVec3], velocities: &[DVec3]) {
+    /// The gaps that were kept open in the last step.
+    pub fn holds(&self, holds: &mut Vec<Hold>) {
+        holds.clear();
+        let is_solid = |i: u32| i as usize >= self.particles;
+        let ends = &self.ground.vertices.end;
+        holds.extend(self.touches.iter().map(|touch| {
+            let mut hold = Hold {
+                particles: touch.vertices,
+                weights: touch.weights,
+                normal: touch.normal,
+                offset: touch.target,
+            };
+            for k in (0..4).filter(|&k| is_solid(touch.vertices[k])) {
+                let height = touch.normal.dot(ends[touch.vertices[k] as usize]);
+                hold.offset -= touch.weights[k] * height;
+                (hold.particles[k], hold.weights[k]) = (0, 0.0);
+            }
+            hold
+        }));
+    }
+
+    /// Takes over where the step begins and where it would end. Returns whether it is the last one again, of which
+    /// all ways were free.
+    fn begin(&mut self, step: Step<'_>, positions: &[DVec3], velocities: &[DVec3]) -> bool {
         let particles = self.particles;
         let ground = &mut self.ground;
         let vertices = &mut ground.vertices;
+        let still = self.solid_way == 0.0 && self.solid_jump == 0.0;
+        let again = self.free && still && vertices.start[..particles] == step.before[..particles];
         vertices.start[..particles].copy_from_slice(&step.before[..particles]);
         vertices.end[..particles].copy_from_slice(&positions[..particles]);
         vertices.velocity[..particles].copy_from_slice(&velocities[..particles]);
@@ -128,34 +158,33 @@ impl Impacts {
         self.ground.tight = false;
         self.touches.clear();
         self.zones.clear(&mut self.ground);
+        again
     }
 
-    /// Searches all ways, or those that have changed since the last search. Returns the number of meetings, whose
-    /// touches are added to the step's.
-    fn search(&mut self, first: bool) -> usize {
+    /// Searches all ways, or those that have changed since the last search; the first time of a step also for what is
+    /// only too close. Returns the number of meetings, whose touches are added to the step's.
+    fn search(&mut self, first: bool, all: bool) -> usize {
         let known = self.touches.len();
-        self.mark_stale(first);
-        self.ground.fit_cloth();
+        self.mark_stale(all);
         if !self.ground.solid.is_empty() {
             self.choose(|stage, number, element| {
                 let clear = stage.clear[number as usize];
-                let near = clear <= stage.ground.way(element) + stage.solid_way;
-                if first {
-                    near
-                } else {
-                    stage.ground.is_stale(element)
-                }
+                let near = || clear <= stage.ground.way(element) + stage.solid_way;
+                (all || stage.ground.is_stale(element)) && (!first || near())
             });
             self.ask(|ground, number, found| ground.against_solids(number, first, found));
         }
-        if self.ground.layers.is_some() && first {
+        if self.ground.layers.is_some() && all {
+            self.ground.fasten();
+            self.ground.fit_cloth();
             let parts = self.ground.cloth_tree.parts();
             self.work(parts, |ground, part, found| {
                 ground.within_layers(part, found);
             });
-        } else if self.ground.layers.is_some() {
-            self.choose(|stage, _, element| stage.ground.is_stale(element));
-            self.ask(Ground::against_layers);
+        } else if self.ground.layers.is_some() && self.ground.loosen() {
+            self.ground.fit_cloth();
+            self.choose(|stage, number, _| stage.ground.loose[number as usize]);
+            self.ask(|ground, number, found| ground.against_layers(number, first, found));
         }
         self.ground
             .against_planes(self.particles, first, &mut self.touches);
@@ -169,13 +198,13 @@ impl Impacts {
     }
 
     /// Marks the vertices whose ways aren't those of the last search, and remembers these.
-    fn mark_stale(&mut self, first: bool) {
+    fn mark_stale(&mut self, all: bool) {
         let Self {
             ground, searched, ..
         } = self;
         let ways = ground.vertices.end.iter().zip(searched);
         for (stale, (end, searched)) in ground.stale.iter_mut().zip(ways) {
-            *stale = first || *end != *searched; // also with a NaN
+            *stale = all || *end != *searched; // also with a NaN
             *searched = *end;
         }
     }
@@ -230,7 +259,7 @@ impl Impacts {
             };
             self.zones.join(&self.touches[new..], around);
             self.zones.displace(&mut self.ground);
-            found = self.search(false);
+            found = self.search(false, false);
             round += 1;
         }
         if found > 0 && self.solid_way == 0.0 {
@@ -241,7 +270,7 @@ impl Impacts {
                     vertices.end[i] = vertices.start[i];
                 }
             }
-            found = self.search(false);
+            found = self.search(false, false);
             round += 1;
         }
         resolved.rounds += round;
@@ -257,19 +286,19 @@ impl Impacts {
         resolved.approach = slowed.approach;
         resolved.friction = slowed.friction;
         resolved.work = slowed.work;
-        let pressed = self.touches.iter().filter(|touch| touch.pressed > 0.0);
-        resolved.impacts = pressed.count();
+        resolved.impacts = self.touches.len();
         resolved.moved = true;
     }
 
     /// Remembers where everything is, and what is known of clearances.
-    fn end(&mut self) {
+    fn end(&mut self, resolved: &Resolved) {
         for (element, clear) in self.ground.cloth.iter().zip(&mut self.clear) {
             *clear -= self.ground.way(element) + self.solid_way;
         }
         let vertices = &mut self.ground.vertices;
         self.searched.copy_from_slice(&vertices.end);
         self.fitted = self.solid_way == 0.0;
+        self.free = self.fitted && resolved.missed == 0;
         if !self.fitted {
             let solids = self.particles..;
             vertices.start[solids.clone()].copy_from_slice(&vertices.end[solids]);

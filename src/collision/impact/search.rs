@@ -49,35 +49,37 @@ impl Ground {
     /// Looks for meetings between the elements of cloth in a part of their hierarchy and in later parts.
     pub(super) fn within_layers(&self, part: usize, found: &mut Found) {
         self.cloth_tree.self_pairs(part, |one, other| {
-            self.between_layers(
-                &self.cloth[one as usize],
-                &self.cloth[other as usize],
-                true,
-                found,
-            );
+            self.between_layers(one, other, [true; 2], found);
         });
     }
 
     /// Looks for meetings of an element of cloth, whose way has changed, with others: with those that have
     /// changed, too, once.
-    pub(super) fn against_layers(&self, number: u32, found: &mut Found) {
+    pub(super) fn against_layers(&self, number: u32, first: bool, found: &mut Found) {
         let one = &self.cloth[number as usize];
         self.cloth_tree.overlapping(&self.layer_box(one), |item| {
-            let other = &self.cloth[item as usize];
-            if item > number || (item < number && !self.is_stale(other)) {
-                self.between_layers(one, other, false, found);
+            if item > number || (item < number && !self.loose[item as usize]) {
+                self.between_layers(number, item, [first, false], found);
             }
         });
     }
 
     /// Looks for meetings of two elements of cloth; features that share a vertex can't.
-    fn between_layers(&self, one: &Element, other: &Element, first: bool, found: &mut Found) {
-        pairs(one, other, false, |features, vertices| {
-            let (mine, yours) = vertices.split_at(features.split());
-            if mine.iter().all(|i| !yours.contains(i)) {
-                let touch = self.examine(features, vertices, &self.rules[0], first).1;
-                found.touches.extend(touch);
+    fn between_layers(&self, one: u32, other: u32, [first, all]: [bool; 2], found: &mut Found) {
+        let both = [one as usize, other as usize].map(|number| (number, &self.cloth[number]));
+        self.cloth_boxes.pairs(both, |features, vertices| {
+            if !all && vertices.iter().all(|&i| !self.stale[i as usize]) {
+                return;
             }
+            let (slack, touch) = self.examine_layers(features, vertices, first);
+            for (number, _) in both {
+                if all {
+                    self.slack[number].lower(slack);
+                } else {
+                    self.slack[number].lose(slack);
+                }
+            }
+            found.touches.extend(touch);
         });
     }
 

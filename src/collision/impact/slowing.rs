@@ -27,12 +27,13 @@ const PASSES: u32 = 30;
 const NEGLIGIBLE: f64 = 1e-6;
 
 /// Takes the approach of touches that were pressed, and what friction takes.
-pub(super) fn slow(touches: &mut [Touch], vertices: &mut Vertices) -> Slowed {
+pub(super) fn slow(touches: &mut Vec<Touch>, vertices: &mut Vertices) -> Slowed {
     let mut slowed = Slowed::default();
+    touches.retain(|touch| touch.pressed > 0.0);
     for with_friction in [false, true] {
         for _ in 0..PASSES {
             let mut most = 0.0_f64;
-            for touch in touches.iter_mut().filter(|touch| touch.pressed > 0.0) {
+            for touch in touches.iter_mut() {
                 let compliance = touch.compliance(&vertices.inverse_mass);
                 if compliance > 0.0 {
                     most = most.max(touch.stop(vertices, compliance, &mut slowed));
@@ -55,6 +56,9 @@ impl Touch {
         let rate = self.normal.dot(self.difference(&vertices.velocity));
         let impulse = (self.impulse - rate / compliance).max(0.0);
         let change = impulse - self.impulse;
+        if change == 0.0 {
+            return 0.0;
+        }
         self.impulse = impulse;
         let taken = self.strike(vertices, compliance, self.normal * change, slowed);
         slowed.approach += taken;
@@ -68,6 +72,9 @@ impl Touch {
         let most = (self.friction * self.impulse).max(self.drag.length());
         let drag = (self.drag - sliding / compliance).clamp_length_max(most);
         let change = drag - self.drag;
+        if change == DVec3::ZERO {
+            return 0.0;
+        }
         self.drag = drag;
         let taken = self.strike(vertices, compliance, change, slowed);
         slowed.friction += taken;

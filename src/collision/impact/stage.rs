@@ -27,6 +27,8 @@ pub struct Impacts {
     /// Ends of the vertices' ways when they were searched last (m); of particles the last step's ends between
     /// steps.
     pub(super) searched: Vec<DVec3>,
+    /// Whether nothing met on the ways from the vertices' starts to there when they were searched last.
+    pub(super) free: bool,
     /// Longest way of a solid's vertex in the step (m).
     pub(super) solid_way: f64,
     /// Longest way from where a solid's vertex ended the last step to where it begins this one (m).
@@ -99,6 +101,7 @@ impl Impacts {
             zones: Zones::new(count),
             clear: vec![f64::NEG_INFINITY; elements],
             searched: vec![DVec3::NAN; count],
+            free: false,
             solid_way: 0.0,
             solid_jump: 0.0,
             fitted: false,

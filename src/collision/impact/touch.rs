@@ -90,6 +90,9 @@ impl Touch {
         }
         let missed = self.target - self.normal.dot(self.difference(end));
         let pressed = (self.pressed + missed / compliance).max(0.0);
+        if pressed == 0.0 && self.pressed == 0.0 && self.held == DVec3::ZERO {
+            return missed; // no friction without pressure
+        }
         self.shift(end, inverse_mass, self.normal * (pressed - self.pressed));
         self.pressed = pressed;
         let began = self.difference(start);

@@ -66,7 +66,7 @@ impl Build<'_> {
             } else {
                 self.node(range, level + 1)
             };
-            self.nodes[at].set(lane, &bounds);
+            self.nodes[at].boxes.set(lane, &bounds);
             self.nodes[at].children[lane] = child;
         }
         self.sizes[at] = self.nodes.len() - at;

@@ -15,9 +15,11 @@ mod refit;
 #[cfg(test)]
 mod tests;
 
+pub use node::{Bounds, FourBoxes, Lanes};
+
 use super::Aabb;
 use glam::DVec3;
-use node::{Bounds, Child, Node};
+use node::{Child, Node};
 use std::ops::Range;
 
 /// Children of a node: as many as numbers in a vector register.
@@ -98,7 +100,7 @@ impl Bvh {
         while count > 0 {
             count -= 1;
             let node = &self.nodes[waiting[count]];
-            for lane in node.overlapping(&bounds) {
+            for lane in node.boxes.overlapping(&bounds) {
                 match node.children[lane].known() {
                     Ok(item) => found(item),
                     Err(child) => {
@@ -135,7 +137,7 @@ impl Bvh {
                 Err(node) => {
                     let node = &self.nodes[node];
                     // The next is written over one that is too far: no branch to guess.
-                    for key in sorted(keys(node.distances_squared(&from))) {
+                    for key in sorted(keys(node.boxes.distances_squared(&from))) {
                         waiting[count] = (key, node.children[(key & 3) as usize]);
                         count += usize::from(key < limit);
                     }

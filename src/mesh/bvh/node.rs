@@ -10,7 +10,7 @@ use glam::{BVec4A, Vec4};
 /// takes 0.7 of the time. What is compared is a little larger than what was given, by
 /// [`ROUNDING`]: an answer may be too many, never too few.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Bounds {
+pub struct Bounds {
     pub(super) min: [f32; 3],
     pub(super) max: [f32; 3],
 }
@@ -28,12 +28,28 @@ const FARTHEST: f64 = 1e18;
 const SHRINK: f32 = 1.0 - 1.0 / (1 << 20) as f32;
 
 impl Bounds {
+    /// The box of nothing.
+    pub const EMPTY: Self = Self {
+        min: [f32::INFINITY; 3],
+        max: [f32::NEG_INFINITY; 3],
+    };
+
     /// A box around another.
     #[inline]
-    pub(super) fn around(exact: &Aabb) -> Self {
+    pub fn around(exact: &Aabb) -> Self {
         Self {
             min: exact.min.to_array().map(|x| round(x, -ROUNDING)),
             max: exact.max.to_array().map(|x| round(x, ROUNDING)),
+        }
+    }
+
+    /// The smallest box around two.
+    #[inline]
+    #[must_use]
+    pub fn union(&self, other: &Self) -> Self {
+        Self {
+            min: std::array::from_fn(|axis| self.min[axis].min(other.min[axis])),
+            max: std::array::from_fn(|axis| self.max[axis].max(other.max[axis])),
         }
     }
 
@@ -85,51 +101,43 @@ impl Child {
     }
 }
 
-/// The children of a node and their boxes.
+/// Four boxes side by side, coordinate by coordinate: one pass of vector instructions compares all with another.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Node {
-    /// Smallest x, y, z of each child (m).
+pub struct FourBoxes {
+    /// Smallest x, y, z of each (m).
     min: [Vec4; 3],
-    /// Largest x, y, z of each child (m).
+    /// Largest x, y, z of each (m).
     max: [Vec4; 3],
-    pub(super) children: [Child; WIDE],
 }
 
-impl Node {
-    pub(super) const EMPTY: Self = Self {
+impl FourBoxes {
+    /// Boxes of nothing, which overlap nothing.
+    pub const EMPTY: Self = Self {
         min: [Vec4::INFINITY; 3],
         max: [Vec4::NEG_INFINITY; 3],
-        children: [Child::NONE; WIDE],
     };
 
+    /// Replaces one of them.
     #[inline]
-    pub(super) fn set(&mut self, lane: usize, bounds: &Bounds) {
+    pub fn set(&mut self, lane: usize, bounds: &Bounds) {
         for axis in 0..3 {
             self.min[axis][lane] = bounds.min[axis];
             self.max[axis][lane] = bounds.max[axis];
         }
     }
 
+    /// One of them.
     #[inline]
-    pub(super) fn get(&self, lane: usize) -> Bounds {
+    pub fn get(&self, lane: usize) -> Bounds {
         Bounds {
             min: self.min.map(|of| of[lane]),
             max: self.max.map(|of| of[lane]),
         }
     }
 
-    /// The box around all children.
+    /// The numbers of those that overlap a box.
     #[inline]
-    pub(super) fn bounds(&self) -> Bounds {
-        Bounds {
-            min: self.min.map(Vec4::min_element),
-            max: self.max.map(Vec4::max_element),
-        }
-    }
-
-    /// The lanes of the children that overlap a box.
-    #[inline]
-    pub(super) fn overlapping(&self, bounds: &Bounds) -> Lanes {
+    pub fn overlapping(&self, bounds: &Bounds) -> Lanes {
         let mut overlap = BVec4A::TRUE;
         for axis in 0..3 {
             overlap &= self.min[axis].cmple(Vec4::splat(bounds.max[axis]));
@@ -138,8 +146,16 @@ impl Node {
         Lanes(overlap.bitmask())
     }
 
-    /// Lower bounds of the squared distances (m²) between a small box and the children, infinite
-    /// where there is none.
+    /// The box around all four.
+    #[inline]
+    pub(super) fn around(&self) -> Bounds {
+        Bounds {
+            min: self.min.map(Vec4::min_element),
+            max: self.max.map(Vec4::max_element),
+        }
+    }
+
+    /// Lower bounds of the squared distances (m²) from a small box, infinite to a box of nothing.
     #[inline]
     pub(super) fn distances_squared(&self, from: &Bounds) -> [f32; WIDE] {
         let mut squared = Vec4::ZERO;
@@ -154,8 +170,23 @@ impl Node {
     }
 }
 
-/// A set of lanes, the lowest first.
-pub(super) struct Lanes(u32);
+/// The children of a node and their boxes, of nothing where there is no child.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Node {
+    pub(super) boxes: FourBoxes,
+    pub(super) children: [Child; WIDE],
+}
+
+impl Node {
+    pub(super) const EMPTY: Self = Self {
+        boxes: FourBoxes::EMPTY,
+        children: [Child::NONE; WIDE],
+    };
+}
+
+/// Numbers of boxes, the lowest first.
+#[derive(Clone, Debug)]
+pub struct Lanes(u32);
 
 impl Iterator for Lanes {
     type Item = usize;

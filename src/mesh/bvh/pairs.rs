@@ -21,7 +21,7 @@ impl Bvh {
         let all = Subtree {
             tree: other,
             child: Child::ROOT,
-            bounds: other.nodes[0].bounds(),
+            bounds: other.nodes[0].boxes.around(),
         };
         if mine.bounds.overlaps(&all.bounds) {
             cross(&mine, &all, &mut found);
@@ -52,7 +52,7 @@ impl Bvh {
         Subtree {
             tree: self,
             child: self.nodes[node].children[lane],
-            bounds: self.nodes[node].get(lane),
+            bounds: self.nodes[node].boxes.get(lane),
         }
     }
 
@@ -63,7 +63,7 @@ impl Bvh {
             if let Err(below) = one.child.known() {
                 self.within(below, found);
             }
-            let overlapping = self.nodes[node].overlapping(&one.bounds);
+            let overlapping = self.nodes[node].boxes.overlapping(&one.bounds);
             for other in overlapping.filter(|&other| other > lane) {
                 cross(&one, &self.child(node, other), found);
             }
@@ -81,7 +81,7 @@ struct Subtree<'a> {
 impl Subtree<'_> {
     /// Calls `visit` with the children of a node that overlap a box.
     fn for_overlapping(&self, node: usize, bounds: &Bounds, mut visit: impl FnMut(&Self)) {
-        for lane in self.tree.nodes[node].overlapping(bounds) {
+        for lane in self.tree.nodes[node].boxes.overlapping(bounds) {
             visit(&self.tree.child(node, lane));
         }
     }

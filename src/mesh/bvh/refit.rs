@@ -60,9 +60,9 @@ fn refit_first(nodes: &mut [Node], first: usize, bounds: &impl Fn(u32) -> Aabb) 
         if child != Child::NONE {
             let fitted = match child.known() {
                 Ok(item) => Bounds::around(&bounds(item)),
-                Err(node) => nodes[node - first].bounds(),
+                Err(node) => nodes[node - first].boxes.around(),
             };
-            nodes[0].set(lane, &fitted);
+            nodes[0].boxes.set(lane, &fitted);
         }
     }
 }

@@ -9,6 +9,7 @@ pub mod table;
 pub mod words;
 
 pub use fingerprint::fingerprint;
+pub(super) use part::key;
 pub use part::{Part, parts};
 
 use super::error::StudyError;

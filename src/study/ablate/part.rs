@@ -51,7 +51,7 @@ pub fn parts(scene: &Scene, model: &Model) -> Vec<Part> {
 }
 
 /// How changes call an entry: by its name, or by its number where the name could be read otherwise.
-fn key(number: usize, name: &str) -> String {
+pub(in crate::study) fn key(number: usize, name: &str) -> String {
     let plain = |c: char| c.is_alphanumeric() || c == '-' || c == '_';
     let digits = name.chars().all(|c| c.is_ascii_digit());
     if name.chars().all(plain) && !digits {

@@ -79,7 +79,7 @@ pub fn flags(part: &Part) -> String {
 }
 
 /// A text as CSV writes it, on one line.
-fn quoted(text: &str) -> String {
+pub(in crate::study) fn quoted(text: &str) -> String {
     let text = text.replace(['\n', '\r'], " ");
     if text.contains([',', '"']) {
         format!("\"{}\"", text.replace('"', "\"\""))
