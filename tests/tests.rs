@@ -9,6 +9,7 @@
 
 mod ablate;
 mod architecture;
+mod bad_obstacles;
 mod bending;
 mod blackbox;
 mod contact;

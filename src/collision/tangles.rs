@@ -15,6 +15,7 @@
 use super::audit::Crossings;
 use super::{Audit, Bodies, Contacts, Masses, Obstacle, Response, Tangle};
 use crate::state::State;
+use crate::strain_limit::Wall;
 use glam::DVec3;
 use std::collections::BTreeMap;
 
@@ -119,6 +120,11 @@ impl Tangles {
         &self.tangles
     }
 
+    /// Whether crossings are given up, so that a look now and then is enough.
+    pub fn is_given_up(&self, time: f64) -> bool {
+        time > self.start + PATIENCE * TIME
+    }
+
     /// Looks again: what is free from now on is kept free by contact.
     pub fn look(&mut self, scenery: Scenery<'_>, positions: &[DVec3]) {
         let Scenery { obstacles, bodies } = scenery;
@@ -147,7 +153,8 @@ impl Tangles {
         state: &mut State,
     ) -> Response {
         let mut response = Response::default();
-        if state.time > self.start + PATIENCE * TIME {
+        if self.is_given_up(state.time) {
+            self.pushes.fill(DVec3::ZERO);
             return response;
         }
         self.collect(scenery, &state.positions);
@@ -191,6 +198,18 @@ impl Tangles {
             let push = shortening(*edge, wings, *triangle, positions);
             edge.iter().for_each(|&i| self.pushes[i as usize] += push);
             (triangle.iter()).for_each(|&i| self.pushes[i as usize] -= push);
+        }
+    }
+
+    /// Holds what is lifted from bodies where it is, against strain limiting: one wall a particle, or none.
+    pub fn hold(&self, positions: &[DVec3], walls: &mut [Wall]) {
+        for (i, wall) in walls.iter_mut().enumerate().take(self.tangles.len()) {
+            if let (Tangle::Through(_), Some(normal)) =
+                (self.tangles[i], self.pushes[i].try_normalize())
+            {
+                let offset = normal.dot(positions[i]);
+                *wall = Wall { normal, offset };
+            }
         }
     }
 

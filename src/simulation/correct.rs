@@ -24,7 +24,8 @@ impl Simulation {
         }
         let parted = self.part_tangles();
         let (limited, touched) = self.hold_apart();
-        let touched = touched || parted;
+        let calmed = self.calm_tangles();
+        let touched = touched || parted || calmed;
         if touched {
             let before = survey.energy;
             *survey = self.survey();
@@ -135,6 +136,9 @@ impl Simulation {
             walls.fill(Wall::default());
             for contact in &contacts.list {
                 walls[contact.particle] = contact.wall(ago);
+            }
+            if let Some(tangles) = tangles {
+                tangles.hold(&state.positions, walls);
             }
             let held = Held {
                 inverse_masses: &model.inverse_masses,

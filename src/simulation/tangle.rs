@@ -20,6 +20,9 @@ pub struct TangledStart {
     pub took: Option<f64>,
 }
 
+/// Steps between two looks at what can't be parted.
+const SELDOM: u64 = 32;
+
 /// What of one cloth is in one thing.
 #[derive(Clone, Copy, Debug, Default)]
 struct Share {
@@ -101,11 +104,37 @@ impl Simulation {
             if !response.moved {
                 *mover = None;
             }
-            let taken = tangles.calm(scenery, masses, model.gravity.acceleration.length(), state);
-            ledger.slowed(CONTACT, taken + response.approach);
+            ledger.slowed(CONTACT, response.approach);
             ledger.pushed(response.work);
-            response.moved || taken > 0.0
+            response.moved
         })
+    }
+
+    /// Slows down what was led out and goes faster than a fall explains; whether anything does.
+    pub(super) fn calm_tangles(&mut self) -> bool {
+        let Self {
+            model,
+            state,
+            bodies,
+            tangles,
+            ledger,
+            ..
+        } = self;
+        let Some(tangles) = tangles else {
+            return false;
+        };
+        let scenery = Scenery {
+            obstacles: &model.obstacles,
+            bodies,
+        };
+        let masses = Masses {
+            masses: &model.masses,
+            inverse: &model.inverse_masses,
+        };
+        let gravity = model.gravity.acceleration.length();
+        let taken = tangles.calm(scenery, masses, gravity, state);
+        ledger.slowed(CONTACT, taken);
+        taken > 0.0
     }
 
     /// Sets free what is out.
@@ -124,6 +153,16 @@ impl Simulation {
         let Some(found) = tangles else {
             return;
         };
+        if let Some(took) = tangled.took {
+            // What was stretched on the way out is calmed for as long again.
+            if state.time > *start + took + TIME {
+                *tangles = None;
+            }
+            return;
+        }
+        if found.is_given_up(state.time) && !stats.steps.is_multiple_of(SELDOM) {
+            return;
+        }
         let scenery = Scenery {
             obstacles: &model.obstacles,
             bodies,
@@ -140,7 +179,6 @@ impl Simulation {
         }
         if done {
             tangled.took = Some(state.time - *start);
-            *tangles = None;
         }
     }
 
