@@ -423,6 +423,55 @@ fn two_sheets_at_high_speed_keep_apart() {
     }
 }
 
+/// As strain limiting does it: what a step was resolved to is moved again, by less or more than what lies between
+/// the layers, and resolved anew.
+#[test]
+fn a_step_that_is_resolved_again_misses_nothing() {
+    let mut turn = 0.0_f64;
+    let mut wave = move || {
+        turn += 1.0;
+        (turn * turn * 0.7).sin()
+    };
+    for size in [0.02, 0.3, 1.0, 3.0, 20.0] {
+        let ground = Mesh::cuboid(dvec3(-0.8, -0.2, -0.8), dvec3(0.8, -0.01, 0.8));
+        let above = |k: u32| {
+            let turn = glam::DQuat::from_rotation_y(0.3 * f64::from(k));
+            move |x: DVec3| turn * x + DVec3::Y * (f64::from(k) * 0.9 * THICKNESS)
+        };
+        let stack = Mesh::sheet(8).and(&Mesh::sheet(7).moved(above(1)));
+        let stack = stack.and(&Mesh::sheet(8).moved(above(2)));
+        let mut world = layered(stack, &[81, 64, 81], vec![ground], 0.3);
+        let mut impacts = 0;
+        for step in 0..12 {
+            let before = world.cloth.positions.clone();
+            for again in 0..5 {
+                for x in &mut world.cloth.positions {
+                    // Of layers that are pushed by more than their distance only some particles.
+                    let chosen = again == 0 || wave() > 0.8;
+                    let push = dvec3(wave(), wave(), wave()) * (size * THICKNESS);
+                    *x += if chosen { push } else { DVec3::ZERO };
+                }
+                let resolved = world.impacts.resolve(
+                    Step {
+                        dt: world.dt,
+                        before: &before,
+                        inverse_masses: &world.inverse_masses,
+                    },
+                    &mut world.cloth.positions,
+                    &mut world.velocities,
+                );
+                assert_eq!(resolved.missed, 0, "{size} {step} {again}: {resolved:?}");
+                let crossed = crossings(&world.cloth, &world.cloth, true);
+                assert_eq!(crossed, 0, "{size} {step} {again}: {resolved:?}");
+                world.check(step, &resolved);
+                impacts += if again > 0 { resolved.impacts } else { 0 };
+            }
+        }
+        println!("pushed by {size} thicknesses: {impacts} impacts when resolved again");
+        assert!(impacts > 0 || size < 0.1, "{size}");
+    }
+}
+
 #[test]
 fn a_stack_of_three_sheets_stays_in_order() {
     let ground = Mesh::cuboid(dvec3(-0.8, -0.2, -0.8), dvec3(0.8, -0.02, 0.8));

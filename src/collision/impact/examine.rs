@@ -86,8 +86,8 @@ impl Ground {
             start,
             end,
         };
-        let zone = vertices.map(|i| self.zone[i as usize]);
-        if zone[0].is_some() && zone.iter().all(|other| *other == zone[0]) {
+        let zone = self.zone[vertices[0] as usize];
+        if zone.is_some() && vertices.iter().all(|&i| self.zone[i as usize] == zone) {
             return (0.0, None); // an affine map keeps apart what is apart, however close
         }
         let rules = &self.rules[0];

@@ -62,7 +62,8 @@ impl Impacts {
     /// Changes the ends of a step's ways, and the velocities, so that nothing passes through anything.
     ///
     /// At the step's start nothing may cross but what is [left out](Self::exempt). Ways are straight lines from
-    /// there. Of a step that is resolved again, with solids at rest, only ways that have changed since are searched.
+    /// there. Of a step that is resolved again, with solids at rest, only ways that have changed since are searched,
+    /// and only for meetings: what is only too close is moved once a step.
     pub fn resolve(
         &mut self,
         step: Step<'_>,
@@ -71,7 +72,7 @@ impl Impacts {
     ) -> Resolved {
         let again = self.begin(step, positions, velocities);
         let mut resolved = Resolved::default();
-        let mut found = self.search(true, !again);
+        let mut found = self.search(!again);
         resolved.rounds = 1;
         let floors = self.ground.rules.iter().map(|rules| rules.floor);
         let precision = PRECISION * floors.filter(|floor| *floor > 0.0).fold(f64::MAX, f64::min);
@@ -94,7 +95,7 @@ impl Impacts {
                 first,
                 precision,
             );
-            found = self.search(false, false);
+            found = self.search(false);
             resolved.rounds += 1;
         }
         self.part_rigidly(found, &mut resolved);
@@ -161,20 +162,24 @@ impl Impacts {
         again
     }
 
-    /// Searches all ways, or those that have changed since the last search; the first time of a step also for what is
-    /// only too close. Returns the number of meetings, whose touches are added to the step's.
-    fn search(&mut self, first: bool, all: bool) -> usize {
+    /// Searches all ways, also for what is only too close, or those that have changed since the last search. Returns the
+    /// number of meetings, whose touches are added to the step's.
+    fn search(&mut self, first: bool) -> usize {
         let known = self.touches.len();
-        self.mark_stale(all);
+        self.mark_stale(first);
         if !self.ground.solid.is_empty() {
             self.choose(|stage, number, element| {
                 let clear = stage.clear[number as usize];
                 let near = || clear <= stage.ground.way(element) + stage.solid_way;
-                (all || stage.ground.is_stale(element)) && (!first || near())
+                if first {
+                    near()
+                } else {
+                    stage.ground.is_stale(element)
+                }
             });
             self.ask(|ground, number, found| ground.against_solids(number, first, found));
         }
-        if self.ground.layers.is_some() && all {
+        if self.ground.layers.is_some() && first {
             self.ground.fasten();
             self.ground.fit_cloth();
             let parts = self.ground.cloth_tree.parts();
@@ -184,7 +189,7 @@ impl Impacts {
         } else if self.ground.layers.is_some() && self.ground.loosen() {
             self.ground.fit_cloth();
             self.choose(|stage, number, _| stage.ground.loose[number as usize]);
-            self.ask(|ground, number, found| ground.against_layers(number, first, found));
+            self.ask(Ground::against_layers);
         }
         self.ground
             .against_planes(self.particles, first, &mut self.touches);
@@ -198,13 +203,13 @@ impl Impacts {
     }
 
     /// Marks the vertices whose ways aren't those of the last search, and remembers these.
-    fn mark_stale(&mut self, all: bool) {
+    fn mark_stale(&mut self, first: bool) {
         let Self {
             ground, searched, ..
         } = self;
         let ways = ground.vertices.end.iter().zip(searched);
         for (stale, (end, searched)) in ground.stale.iter_mut().zip(ways) {
-            *stale = all || *end != *searched; // also with a NaN
+            *stale = first || *end != *searched; // also with a NaN
             *searched = *end;
         }
     }
@@ -259,7 +264,7 @@ impl Impacts {
             };
             self.zones.join(&self.touches[new..], around);
             self.zones.displace(&mut self.ground);
-            found = self.search(false, false);
+            found = self.search(false);
             round += 1;
         }
         if found > 0 && self.solid_way == 0.0 {
@@ -270,7 +275,7 @@ impl Impacts {
                     vertices.end[i] = vertices.start[i];
                 }
             }
-            found = self.search(false, false);
+            found = self.search(false);
             round += 1;
         }
         resolved.rounds += round;
