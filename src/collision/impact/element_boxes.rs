@@ -9,12 +9,12 @@ use rayon::prelude::*;
 /// Which of an element's four boxes is that of its face; the others are those of the edges that it owns.
 const FACE: usize = 3;
 
-/// Elements that a task fits: some 30 µs.
+/// Vertices or elements that a task fits at least: much longer than waking a thread.
 const TASK: usize = 1024;
 
 /// Boxes of what particles and elements of cloth do in a step, grown by half the thickness: two overlap when
-/// the features may come closer than that. Of triangles folded on each other at any angle four pairs of
-/// features in five are told apart here, four at a time.
+/// the features may come closer than that. In a rope of folds two pairs of features in three are told apart here,
+/// four at a time.
 #[derive(Clone, Debug, Default)]
 pub(super) struct ElementBoxes {
     vertices: Vec<Bounds>,
