@@ -178,8 +178,9 @@ fn a_cloth_that_starts_inside_the_body_comes_out_without_an_explosion() {
     let mut fastest: f64 = 0.0;
     for _ in 0..250 {
         let step = run.step().unwrap();
+        // What starts inside is led out within a quarter of a second.
         assert!(
-            step.depth < 1e-3,
+            step.depth < 1e-3 || run.state().time < 0.26,
             "{} m deep at {} s",
             step.depth,
             run.state().time
