@@ -36,7 +36,7 @@ pub struct Response {
 /// obstacle's work, and the rest, which is negative, what impact and friction take.
 ///
 /// Restitution is 0. The way out is not turned into velocity, so that cloth that starts inside a
-/// body leaves it without being thrown; where that has time, it is by no more than [`Contact::leave`] and with
+/// body leaves it without being thrown; where that has time, it is by no more than [`Contact::leave`](super::Contact::leave) and with
 /// `spread` only. With `spread`, particles outside the surface but within the
 /// thickness are also moved away, never farther than the distance they have: between two walls they
 /// come to rest in the middle.

@@ -8,7 +8,7 @@ use glam::{BVec4A, Vec4};
 ///
 /// Four numbers then fill one SSE2 register, and a node two cache lines: a query 5 mm from a body
 /// takes 0.7 of the time. What is compared is a little larger than what was given, by
-/// [`ROUNDING`]: an answer may be too many, never too few.
+/// `ROUNDING`: an answer may be too many, never too few.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bounds {
     pub(super) min: [f32; 3],
