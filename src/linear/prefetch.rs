@@ -12,8 +12,8 @@ const LINE: usize = 64;
 ///
 /// The processor fetches the lines ahead of those that a loop reads by itself, but never across a page:
 /// where each begins, a loop over eight lists waits for memory eight times. On a million particles this
-/// took a step of symplectic Euler on one thread from 55 to 42 ns a particle, within the caches it has
-/// 31; one line takes it nowhere, four or eight no farther.
+/// took a step of symplectic Euler on one thread from 55 to 42 ns a particle on a busy machine, within the
+/// caches it has 31; one line does part of that, four or eight no more.
 pub(crate) fn prefetch<T>(list: &[T], entries: Range<usize>) {
     let end = entries.end.min(list.len());
     let entries = &list[entries.start.min(end)..end];
