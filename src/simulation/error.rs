@@ -191,6 +191,8 @@ impl Simulation {
         self.detection.clone_from(&other.detection);
         self.bodies.clone_from(&other.bodies);
         self.impacts.clone_from(&other.impacts);
+        self.tangles.clone_from(&other.tangles);
+        self.tangled.clone_from(&other.tangled);
         self.ledger.copy_from(&other.ledger);
         self.budget.clone_from(&other.budget);
         self.sensible_strain = other.sensible_strain;
