@@ -7,7 +7,7 @@ mod pins;
 pub use memory::Memory;
 pub use pins::{Drive, Pins, Release};
 
-use crate::collision::{Contacts, Obstacle, SelfCollision};
+use crate::collision::{Contacts, Masses, Obstacle, SelfCollision};
 use crate::force::{
     Damping, DiscreteShell, EdgeSpring, Force, ForcePass, Gravity, Hinge, HingeBatch, HingeDamping,
     MassDamping, Spring, SpringBatch, SpringDamping, Stiffness, largest_stretch_squared,
@@ -73,6 +73,14 @@ impl Model {
     /// Number of the cloths' particles.
     pub fn cloth_particles(&self) -> usize {
         self.cloths.last().map_or(0, |cloth| cloth.particles.end)
+    }
+
+    /// The masses of all particles, and their inverses.
+    pub fn by_mass(&self) -> Masses<'_> {
+        Masses {
+            masses: &self.masses,
+            inverse: &self.inverse_masses,
+        }
     }
 
     /// Whether a particle is pinned.

@@ -1,8 +1,10 @@
 //! The impact stage on sheets of particles and springs: nothing crosses anything, by an exact
 //! predicate, at any speed.
 
+use crate::support::cuboid;
 use glam::{DVec3, dvec3};
 use muslin::collision::impact::{Fabric, Features, Impacts, Layers, Resolved, Shape, Solid, Step};
+use muslin::mesh::TriMesh;
 use robust::{Coord3D, orient3d};
 
 /// A mesh.
@@ -44,24 +46,13 @@ impl Mesh {
 
     /// A box between two corners.
     fn cuboid(low: DVec3, high: DVec3) -> Self {
-        let corner = |k: u32| {
-            let side = |axis: u32| f64::from(k >> axis & 1);
-            low + (high - low) * dvec3(side(0), side(1), side(2))
-        };
-        let faces = [
-            [0, 2, 3, 1],
-            [4, 5, 7, 6],
-            [0, 1, 5, 4],
-            [2, 6, 7, 3],
-            [0, 4, 6, 2],
-            [1, 3, 7, 5],
-        ];
+        let TriMesh {
+            positions,
+            triangles,
+        } = cuboid(low, high);
         Self {
-            positions: (0..8).map(corner).collect(),
-            triangles: faces
-                .iter()
-                .flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]])
-                .collect(),
+            positions,
+            triangles,
         }
     }
 

@@ -1,7 +1,7 @@
 //! Starts that are inside something, across it or across other cloth: they get out in the stated time, and
 //! nothing is thrown.
 
-use crate::support::{fresh_folder, named, written};
+use crate::support::{cuboid, fresh_folder, named, written};
 use glam::DVec3;
 use muslin::collision::TIME;
 use muslin::frame::{Audited, Capture};
@@ -29,29 +29,6 @@ fn obj(mesh: &TriMesh) -> String {
         "shape = {{ obj = {{ path = {:?} }} }}",
         path.display().to_string()
     )
-}
-
-/// A box of half sides around the origin.
-fn cuboid(half: DVec3) -> TriMesh {
-    let corner = |k: u32| {
-        let side = |axis: u32| 2.0 * f64::from(k >> axis & 1) - 1.0;
-        half * DVec3::new(side(0), side(1), side(2))
-    };
-    let faces = [
-        [0, 2, 3, 1],
-        [4, 5, 7, 6],
-        [0, 1, 5, 4],
-        [2, 6, 7, 3],
-        [0, 4, 6, 2],
-        [1, 3, 7, 5],
-    ];
-    TriMesh {
-        positions: (0..8).map(corner).collect(),
-        triangles: faces
-            .iter()
-            .flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]])
-            .collect(),
-    }
 }
 
 /// A sheet and a body.
@@ -144,7 +121,10 @@ const LIMIT: &str = "[strain_limit]\nmax = 0.1\n";
 /// Bodies, and sheets that start in them.
 fn starts() -> Vec<(&'static str, LoadedScene)> {
     let round = |radius: f64| obj(&ball(DVec3::ZERO, radius));
-    let block = obj(&cuboid(DVec3::new(0.3, 0.2, 0.3)));
+    let block = obj(&cuboid(
+        DVec3::new(-0.3, -0.2, -0.3),
+        DVec3::new(0.3, 0.2, 0.3),
+    ));
     let sphere = "shape = { sphere = { radius = 0.3 } }";
     let cap = "translate = [0.0, 0.27, 0.0]";
     let upright = "translate = [0.22, 0.2, 0.01]\nrotate = [0.0, 0.0, 90.0]";

@@ -45,7 +45,7 @@ impl Capture {
             .map(|cloth| springs_of(cloth, simulation))
             .collect();
         let obstacles = &model.obstacles;
-        let mut capture = Self {
+        let capture = Self {
             audit: model.has_contact().then(|| audit_of(model)),
             audited: Audited::default(),
             drawings: obstacles.iter().map(|o| o.shape.drawing()).collect(),
@@ -55,6 +55,8 @@ impl Capture {
             released: model.released(),
             error: (record.error > 0.0).then_some(f64::NAN),
         };
+        // The names of the series depend on what may be found, not on what is.
+        let nothing = model.has_contact().then(|| Findings::none(obstacles.len()));
         let header = Header {
             scene: loaded.scene.name.clone(),
             scene_toml: loaded.text.clone(),
@@ -79,7 +81,7 @@ impl Capture {
                 .zip(&capture.drawings)
                 .map(|(obstacle, drawing)| obstacle_header(obstacle, drawing))
                 .collect(),
-            series: series(simulation, capture.look(simulation).as_ref(), capture.error)
+            series: series(simulation, nothing.as_ref(), capture.error)
                 .into_iter()
                 .map(|(path, label, _)| Series { path, label })
                 .collect(),

@@ -2,7 +2,7 @@
 
 use super::survey::Survey;
 use super::{Diverged, Simulation, Stage};
-use crate::collision::{Masses, Response, respond};
+use crate::collision::{Response, respond};
 use crate::energy::{CONTACT, FRICTION, Ledger, STRAIN_LIMIT, potential_at};
 use crate::model::Model;
 use crate::strain_limit::{Held, Limited, Wall};
@@ -206,10 +206,7 @@ impl Simulation {
         if contacts.list.is_empty() {
             return Response::default();
         }
-        let masses = Masses {
-            masses: &model.masses,
-            inverse: &model.inverse_masses,
-        };
+        let masses = model.by_mass();
         stats.times.time(Stage::Respond, || {
             let last = *mover;
             hand_over(mover, CONTACT, ledger, model, &state.positions);

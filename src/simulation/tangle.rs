@@ -2,7 +2,7 @@
 
 use super::correct::hand_over;
 use super::{Simulation, Stage};
-use crate::collision::{Audit, Masses, Scenery, TIME, Tangle, Tangles};
+use crate::collision::{Audit, Bodies, Scenery, TIME, Tangle, Tangles};
 use crate::energy::CONTACT;
 use crate::model::Model;
 use std::collections::BTreeMap;
@@ -42,6 +42,14 @@ pub(crate) fn audit_of(model: &Model) -> Audit {
     )
 }
 
+/// What cloth may be tangled in.
+fn scenery<'a>(model: &'a Model, bodies: &'a Bodies) -> Scenery<'a> {
+    Scenery {
+        obstacles: &model.obstacles,
+        bodies,
+    }
+}
+
 impl Simulation {
     /// Looks for what starts tangled, and takes it out of contact.
     pub(super) fn look_for_tangles(&mut self) {
@@ -55,10 +63,7 @@ impl Simulation {
             impacts,
             ..
         } = self;
-        let scenery = Scenery {
-            obstacles: &model.obstacles,
-            bodies,
-        };
+        let scenery = scenery(model, bodies);
         self.tangles = Tangles::new(audit_of(model), scenery, model.cloth_particles(), state);
         let Some(tangles) = &self.tangles else {
             return;
@@ -90,14 +95,7 @@ impl Simulation {
         let Some(tangles) = tangles else {
             return false;
         };
-        let scenery = Scenery {
-            obstacles: &model.obstacles,
-            bodies,
-        };
-        let masses = Masses {
-            masses: &model.masses,
-            inverse: &model.inverse_masses,
-        };
+        let (scenery, masses) = (scenery(model, bodies), model.by_mass());
         stats.times.time(Stage::Respond, || {
             hand_over(mover, CONTACT, ledger, model, &state.positions);
             let response = tangles.part(scenery, masses, *dt, state);
@@ -123,14 +121,7 @@ impl Simulation {
         let Some(tangles) = tangles else {
             return false;
         };
-        let scenery = Scenery {
-            obstacles: &model.obstacles,
-            bodies,
-        };
-        let masses = Masses {
-            masses: &model.masses,
-            inverse: &model.inverse_masses,
-        };
+        let (scenery, masses) = (scenery(model, bodies), model.by_mass());
         let gravity = model.gravity.acceleration.length();
         let taken = tangles.calm(scenery, masses, gravity, state);
         ledger.slowed(CONTACT, taken);
@@ -163,10 +154,7 @@ impl Simulation {
         if found.is_given_up(state.time) && !stats.steps.is_multiple_of(SELDOM) {
             return;
         }
-        let scenery = Scenery {
-            obstacles: &model.obstacles,
-            bodies,
-        };
+        let scenery = scenery(model, bodies);
         let cloth = &state.positions[..model.cloth_particles()];
         stats
             .times

@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 use muslin::integrator::{Integrator, Linear, Nonlinear};
+use muslin::mesh::TriMesh;
 use muslin::scene::{self, LoadedScene};
 use muslin::simulation::Simulation;
 use std::path::{Path, PathBuf};
@@ -141,6 +142,27 @@ pub(crate) fn run_to(simulation: &mut Simulation, time: f64) {
         simulation
             .step()
             .unwrap_or_else(|diverged| panic!("{diverged}"));
+    }
+}
+
+/// A box between two corners.
+pub(crate) fn cuboid(low: DVec3, high: DVec3) -> TriMesh {
+    let corner = |k: u32| {
+        let side = |axis: u32| f64::from(k >> axis & 1);
+        low + (high - low) * DVec3::new(side(0), side(1), side(2))
+    };
+    let faces = [
+        [0, 2, 3, 1],
+        [4, 5, 7, 6],
+        [0, 1, 5, 4],
+        [2, 6, 7, 3],
+        [0, 4, 6, 2],
+        [1, 3, 7, 5],
+    ];
+    let halves = |&[a, b, c, d]: &[u32; 4]| [[a, b, c], [a, c, d]];
+    TriMesh {
+        positions: (0..8).map(corner).collect(),
+        triangles: faces.iter().flat_map(halves).collect(),
     }
 }
 

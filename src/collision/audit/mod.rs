@@ -69,6 +69,14 @@ pub struct Penetration {
 }
 
 impl Findings {
+    /// Nothing wrong with any of so many obstacles.
+    pub fn none(obstacles: usize) -> Self {
+        Self {
+            bodies: vec![Penetration::default(); obstacles],
+            ..Self::default()
+        }
+    }
+
     /// Depth of the deepest point of cloth in any obstacle (m).
     pub fn depth(&self) -> f64 {
         self.bodies
