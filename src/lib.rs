@@ -6,7 +6,7 @@
 //! Data flows one way through the rooms, and a room names only those before it:
 //!
 //! ```text
-//! mesh → linear → state → motion → force → strain_limit → collision → model → energy → scene → integrator → simulation → frame → recorder → pipeline → export → picture → lab → study → cli
+//! mesh → linear → state → motion → force → strain_limit → collision → model → energy → scene → integrator → simulation → frame → recorder → pipeline → replay → export → picture → lab → study → cli
 //! ```
 //!
 //! - [`mesh`]: triangle meshes, the shapes of cloth, distances to bodies; no physics.
@@ -16,7 +16,7 @@
 //! - [`scene`]: from TOML to a model and a first state.
 //! - [`integrator`]: the schemes. [`simulation`]: one step as named stages.
 //! - [`frame`]: owned snapshots. [`recorder`]: where they go. [`pipeline`]: the two threads.
-//! - [`export`]: states read back. [`picture`]: diagrams. [`lab`]: virtual swatch tests of cloths as they
+//! - [`replay`]: recordings read back. [`export`]: in other formats. [`picture`]: diagrams. [`lab`]: virtual swatch tests of cloths as they
 //!   are discretised. [`study`]: what accuracy costs in time.
 //! - [`cli`]: the program.
 //!
@@ -91,6 +91,8 @@ pub mod motion;
 pub mod picture;
 pub mod pipeline;
 pub mod recorder;
+#[cfg(feature = "rerun")]
+pub mod replay;
 pub mod scene;
 pub mod simulation;
 pub mod state;

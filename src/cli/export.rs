@@ -3,7 +3,8 @@
 use super::Failure;
 use super::args::ExportArgs;
 use super::run::same_file;
-use crate::export::{At, read_checkpoint, write_csv};
+use crate::export::write_csv;
+use crate::replay::{At, read_checkpoint};
 use anyhow::{Context as _, anyhow};
 use std::io::{BufWriter, Write as _};
 

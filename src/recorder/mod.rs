@@ -43,7 +43,7 @@ mod rerun;
 #[cfg(feature = "rerun")]
 mod springs;
 #[cfg(feature = "rerun")]
-mod statics;
+pub(crate) mod statics;
 #[cfg(feature = "rerun")]
 mod targets;
 #[cfg(test)]
@@ -58,8 +58,6 @@ pub use memory::MemoryRecorder;
 
 #[cfg(feature = "rerun")]
 pub use self::rerun::RerunRecorder;
-#[cfg(feature = "rerun")]
-pub(crate) use statics::toml_of as scene_toml;
 #[cfg(feature = "rerun")]
 pub use targets::Targets;
 

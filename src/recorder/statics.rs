@@ -14,8 +14,12 @@ use super::entity::{self, ClothPaths};
 use super::{color, drawing, normals, panels};
 use crate::frame::{ClothHeader, Header, ObstacleHeader, Series};
 
-/// Component that holds the scene's TOML as it was run, for those who read it back.
-const TOML: &str = "toml";
+/// Component of `/scene` that holds the scene's TOML as it was run, for those who read it back.
+pub(crate) const TOML: &str = "toml";
+/// The same with the cloths' names.
+pub(crate) const CLOTHS: &str = "cloths";
+/// The same with the obstacles' names.
+pub(crate) const OBSTACLES: &str = "obstacles";
 
 /// Width of a spring's line, in points of the screen.
 const SPRING_WIDTH: f32 = 0.9;
@@ -66,17 +70,23 @@ fn log_scene(stream: &RecordingStream, header: &Header) -> RecordingStreamResult
         header.scene_toml.trim_end()
     );
     stream.log_static(entity::SCENE, &TextDocument::from_markdown(text))?;
-    let toml = Arc::new(StringArray::from(vec![header.scene_toml.as_str()]));
-    stream.log_static(
-        entity::SCENE,
-        &AnyValues::default().with_component_from_data(TOML, toml),
-    )
+    let cloths = header.cloths.iter().map(|cloth| cloth.name.as_str());
+    let obstacles = header.obstacles.iter().map(|o| o.name.as_str());
+    let mut values = AnyValues::default();
+    for (component, texts) in [
+        (TOML, vec![header.scene_toml.as_str()]),
+        (CLOTHS, cloths.collect()),
+        (OBSTACLES, obstacles.collect()),
+    ] {
+        values = values.with_component_from_data(component, Arc::new(StringArray::from(texts)));
+    }
+    stream.log_static(entity::SCENE, &values)
 }
 
-/// The scene's TOML, if this chunk of `/scene` has it.
-pub(crate) fn toml_of(chunk: &Chunk) -> Option<String> {
-    let texts = chunk.iter_slices::<String>(TOML.into()).next()?;
-    Some(texts.first()?.as_str().to_owned())
+/// What this chunk of `/scene` says to those who read it back: the texts of [`TOML`], [`CLOTHS`] or [`OBSTACLES`].
+pub(crate) fn texts_of(chunk: &Chunk, component: &'static str) -> Option<Vec<String>> {
+    let texts = chunk.iter_slices::<String>(component.into()).next()?;
+    Some(texts.iter().map(|text| text.as_str().to_owned()).collect())
 }
 
 fn log_cloth(
