@@ -32,6 +32,7 @@ mod program;
 mod projective;
 mod recovery;
 mod required;
+mod resume;
 mod runs;
 mod schemes;
 mod springs;

@@ -7,7 +7,7 @@
 use std::sync::Arc;
 
 use rerun::datatypes::{TensorBuffer, TensorData};
-use rerun::external::arrow::array::{Float64Array, StringArray, UInt64Array};
+use rerun::external::arrow::array::{Float64Array, StringArray, UInt8Array, UInt64Array};
 use rerun::log::Chunk;
 use rerun::{AnyValues, RecordingStream, RecordingStreamResult, Tensor};
 
@@ -17,6 +17,8 @@ use crate::frame::Checkpoint;
 const STEP: &str = "step";
 const TIME: &str = "time";
 const CLOTHS: &str = "cloths";
+const LUGGAGE: &str = "luggage";
+const HASH: &str = "hash";
 /// Numbers a particle: x, y, z (m), vx, vy, vz (m/s).
 const COLUMNS: usize = 6;
 
@@ -31,7 +33,11 @@ pub(super) fn log(stream: &RecordingStream, checkpoint: &Checkpoint) -> Recordin
     let mark = AnyValues::default()
         .with_component_from_data(STEP, Arc::new(UInt64Array::from(vec![checkpoint.step])))
         .with_component_from_data(TIME, Arc::new(Float64Array::from(vec![checkpoint.time])))
-        .with_component_from_data(CLOTHS, Arc::new(names));
+        .with_component_from_data(CLOTHS, Arc::new(names))
+        .with_component_from_data(
+            LUGGAGE,
+            Arc::new(UInt8Array::from(checkpoint.luggage.clone())),
+        );
     stream.log(entity::CHECKPOINT, &mark)
 }
 
@@ -74,6 +80,29 @@ pub(crate) fn marks(chunk: &Chunk) -> Vec<Mark> {
         })
     })
     .collect()
+}
+
+/// What a chunk of `/checkpoint` has for `frame` that is carried over besides the state.
+pub(crate) fn luggage(chunk: &Chunk, frame: i64) -> Option<Vec<u8>> {
+    let frames = chunk.iter_component_indices(entity::FRAME.into(), LUGGAGE.into());
+    let mut rows = frames.zip(chunk.iter_slices::<u8>(LUGGAGE.into()));
+    let (_, bytes) = rows.find(|((at, _), _)| at.as_i64() == frame)?;
+    Some(bytes.to_vec())
+}
+
+/// The hash of the state in each frame that a chunk of `/solver/state_hash` has.
+pub(crate) fn hashes(chunk: &Chunk) -> Vec<(i64, u64)> {
+    let frames = chunk.iter_component_indices(entity::FRAME.into(), HASH.into());
+    let rows = frames.zip(chunk.iter_slices::<u64>(HASH.into()));
+    rows.filter_map(|((frame, _), hash)| Some((frame.as_i64(), *hash.first()?)))
+        .collect()
+}
+
+/// Records a state's hash at the stream's present time.
+pub(super) fn log_hash(stream: &RecordingStream, hash: u64) -> RecordingStreamResult<()> {
+    let value = Arc::new(UInt64Array::from(vec![hash]));
+    let values = AnyValues::default().with_component_from_data(HASH, value);
+    stream.log(entity::path(&entity::STATE_HASH), &values)
 }
 
 /// The particles that a chunk of `/checkpoint/<cloth>` has for `frame`.

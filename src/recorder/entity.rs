@@ -28,6 +28,11 @@ pub(crate) const SCENE: &str = "scene";
 /// The `f64` states.
 pub(crate) const CHECKPOINT: &str = "checkpoint";
 
+/// The hash of the state in each frame.
+pub(crate) const STATE_HASH: [&str; 2] = ["solver", "state_hash"];
+/// Path and text of each OBJ mesh that the scene names, below [`SCENE`].
+pub(crate) const MESHES: &str = "meshes";
+
 /// The path whose parts are `parts`, whatever characters they hold.
 pub(crate) fn path(parts: &[&str]) -> EntityPath {
     let parts = parts.iter().map(|&part| EntityPathPart::new(part));

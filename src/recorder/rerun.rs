@@ -123,6 +123,7 @@ impl Recorder for RerunRecorder {
         self.set_time(frame);
         self.drawing.log(&self.stream, &self.header, frame)?;
         self.plots.log(&self.stream, frame)?;
+        checkpoint::log_hash(&self.stream, frame.hash)?;
         if let Some(state) = &frame.checkpoint {
             checkpoint::log(&self.stream, state)?;
         }

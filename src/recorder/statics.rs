@@ -21,6 +21,11 @@ pub(crate) const CLOTHS: &str = "cloths";
 /// The same with the obstacles' names.
 pub(crate) const OBSTACLES: &str = "obstacles";
 
+/// The same with what the recording is a branch of.
+pub(crate) const BRANCH: &str = "branch_of";
+/// Component of `/scene/meshes/<path>` with the text of an OBJ mesh.
+pub(crate) const TEXT: &str = "text";
+
 /// Width of a spring's line, in points of the screen.
 const SPRING_WIDTH: f32 = 0.9;
 /// Width of a chain's line: it is all there is to see of it.
@@ -77,13 +82,23 @@ fn log_scene(stream: &RecordingStream, header: &Header) -> RecordingStreamResult
         (TOML, vec![header.scene_toml.as_str()]),
         (CLOTHS, cloths.collect()),
         (OBSTACLES, obstacles.collect()),
+        (BRANCH, vec![header.branch.as_str()]),
     ] {
         values = values.with_component_from_data(component, Arc::new(StringArray::from(texts)));
     }
-    stream.log_static(entity::SCENE, &values)
+    stream.log_static(entity::SCENE, &values)?;
+    for (path, text) in &header.meshes {
+        let values = AnyValues::default()
+            .with_component_from_data(TEXT, Arc::new(StringArray::from(vec![text.as_str()])));
+        stream.log_static(
+            entity::path(&[entity::SCENE, entity::MESHES, path]),
+            &values,
+        )?;
+    }
+    Ok(())
 }
 
-/// What this chunk of `/scene` says to those who read it back: the texts of [`TOML`], [`CLOTHS`] or [`OBSTACLES`].
+/// What this chunk of `/scene` says to those who read it back: the texts of one of its components.
 pub(crate) fn texts_of(chunk: &Chunk, component: &'static str) -> Option<Vec<String>> {
     let texts = chunk.iter_slices::<String>(component.into()).next()?;
     Some(texts.iter().map(|text| text.as_str().to_owned()).collect())

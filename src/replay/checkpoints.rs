@@ -2,8 +2,9 @@
 
 use super::{ReadError, for_each_chunk};
 use crate::frame::{Checkpoint, ClothCheckpoint};
-use crate::recorder::checkpoint::{Mark, marks, particles};
+use crate::recorder::checkpoint::{Mark, hashes, luggage, marks, particles};
 use crate::recorder::entity;
+use std::collections::BTreeMap;
 use std::path::Path;
 
 /// Which checkpoint.
@@ -39,6 +40,34 @@ pub fn read_checkpoint(path: &Path, at: At) -> Result<Checkpoint, ReadError> {
     }
 }
 
+/// Times (s) of the checkpoints of which everything is there, in order.
+///
+/// # Errors
+///
+/// When the file can't be read or is no recording.
+pub fn checkpoint_times(path: &Path) -> Result<Vec<f64>, ReadError> {
+    let mut times: Vec<f64> = complete_marks(path)?.iter().map(|mark| mark.time).collect();
+    times.sort_by(f64::total_cmp);
+    Ok(times)
+}
+
+/// The hashes of the states by frame, in order.
+///
+/// # Errors
+///
+/// When the file can't be read or is no recording.
+pub fn state_hashes(path: &Path) -> Result<BTreeMap<u64, u64>, ReadError> {
+    let entity = entity::path(&entity::STATE_HASH);
+    let mut all = BTreeMap::new();
+    for_each_chunk(path, |chunk| {
+        if *chunk.entity_path() == entity {
+            let rows = hashes(&chunk).into_iter();
+            all.extend(rows.map(|(frame, hash)| (frame.cast_unsigned(), hash)));
+        }
+    })?;
+    Ok(all)
+}
+
 /// The checkpoints of which everything is there.
 fn complete_marks(path: &Path) -> Result<Vec<Mark>, ReadError> {
     let root = entity::path(&[entity::CHECKPOINT]);
@@ -68,13 +97,17 @@ fn complete_marks(path: &Path) -> Result<Vec<Mark>, ReadError> {
 fn gather(path: &Path, mark: &Mark) -> Result<Checkpoint, ReadError> {
     let names = mark.cloths.iter();
     let paths: Vec<_> = names.map(|cloth| entity::cloth_checkpoint(cloth)).collect();
+    let root = entity::path(&[entity::CHECKPOINT]);
     let mut found: Vec<Option<Vec<[f64; 6]>>> = vec![None; paths.len()];
+    let mut carried = None;
     for_each_chunk(path, |chunk| {
         let cloth = paths.iter().position(|path| path == chunk.entity_path());
         if let Some(cloth) = cloth
             && let Some(state) = particles(&chunk, mark.frame)
         {
             found[cloth] = Some(state);
+        } else if *chunk.entity_path() == root {
+            carried = carried.take().or_else(|| luggage(&chunk, mark.frame));
         }
     })?;
     let cloths = mark.cloths.iter().zip(found);
@@ -92,6 +125,7 @@ fn gather(path: &Path, mark: &Mark) -> Result<Checkpoint, ReadError> {
         cloths: cloths.ok_or_else(|| ReadError::NoCheckpoint {
             path: path.to_owned(),
         })?,
+        luggage: carried.unwrap_or_default(),
     })
 }
 
@@ -122,6 +156,7 @@ mod tests {
             step,
             time: step as f64 * 0.1,
             cloths: vec![cloth("zeta, front/1", 3), cloth("alpha", 2)],
+            luggage: vec![step as u8; 100],
         }
     }
 

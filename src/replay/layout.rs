@@ -2,9 +2,11 @@
 
 use super::{ReadError, for_each_chunk};
 use crate::recorder::entity;
-use crate::recorder::statics::{CLOTHS, OBSTACLES, TOML, texts_of};
+use crate::recorder::statics::{BRANCH, CLOTHS, OBSTACLES, TEXT, TOML, texts_of};
+use crate::scene::{LoadedScene, SceneError, load_text};
 use rerun::Mesh3D;
 use rerun::log::Chunk;
+use std::collections::BTreeMap;
 use std::path::Path;
 
 /// What stays the same in every frame of a recording.
@@ -12,6 +14,10 @@ use std::path::Path;
 pub struct Layout {
     /// The scene's TOML as it was run.
     pub toml: String,
+    /// Texts of the OBJ meshes that it names, by their paths in it.
+    pub meshes: BTreeMap<String, String>,
+    /// Of which recording this is a branch, and how; empty otherwise.
+    pub branch: String,
     /// The cloths, in the scene's order.
     pub cloths: Vec<RecordedCloth>,
     /// The obstacles, in the scene's order.
@@ -46,8 +52,10 @@ impl Layout {
     /// When the file can't be read, is no recording, or has no scene.
     pub fn read(path: &Path) -> Result<Self, ReadError> {
         let scene = entity::path(&[entity::SCENE]);
-        let (mut toml, mut cloths, mut obstacles) = (None, None, None);
+        let folder = entity::path(&[entity::SCENE, entity::MESHES]);
+        let (mut toml, mut cloths, mut obstacles, mut branch) = (None, None, None, None);
         let mut bodies = Vec::new();
+        let mut meshes = BTreeMap::new();
         for_each_chunk(path, |chunk| {
             if !chunk.is_static() {
                 return;
@@ -59,6 +67,11 @@ impl Layout {
                 take(&mut toml, TOML);
                 take(&mut cloths, CLOTHS);
                 take(&mut obstacles, OBSTACLES);
+                take(&mut branch, BRANCH);
+            } else if chunk.entity_path().is_child_of(&folder) {
+                let name = chunk.entity_path().last().map(|part| part.unescaped_str());
+                let text = texts_of(&chunk, TEXT).and_then(|mut texts| texts.pop());
+                meshes.extend(name.map(str::to_owned).zip(text));
             } else if chunk.entity_path().len() == 2
                 && (chunk.entity_path().iter().next())
                     .is_some_and(|part| part.unescaped_str() == entity::WORLD)
@@ -82,9 +95,22 @@ impl Layout {
         });
         Ok(Self {
             toml: toml.pop().unwrap_or_default(),
+            meshes,
+            branch: branch.and_then(|mut texts| texts.pop()).unwrap_or_default(),
             cloths: cloths.collect(),
             obstacles: obstacles.collect(),
         })
+    }
+}
+
+impl Layout {
+    /// The scene as it was run, which messages call `name`; it needs no file.
+    ///
+    /// # Errors
+    ///
+    /// When this version takes it no more.
+    pub fn scene(&self, name: &str) -> Result<LoadedScene, SceneError> {
+        load_text(name, self.toml.clone(), None, self.meshes.clone())
     }
 }
 

@@ -8,7 +8,7 @@ mod frames;
 mod layout;
 mod reading;
 
-pub use checkpoints::{At, read_checkpoint};
+pub use checkpoints::{At, checkpoint_times, read_checkpoint, state_hashes};
 pub use error::ReadError;
 pub use frames::{RecordedFrame, for_each_frame};
 pub use layout::{Layout, RecordedCloth, RecordedObstacle};
