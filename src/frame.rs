@@ -26,12 +26,16 @@ pub struct Header {
     pub meshes: Vec<(String, String)>,
     /// Of which recording this is a branch, and how; nothing otherwise.
     pub branch: String,
+    /// What a branch started with.
+    pub start: Option<Checkpoint>,
     /// What is modelled, as Markdown.
     pub model_list: String,
     /// Strain at the ends of the colour map (m/m).
     pub strain_range: f32,
     /// Two corners of the box that is looked at when the recording is opened (m), if the scene says.
     pub view: Option<[[f32; 3]; 2]>,
+    /// Whether meshes are recorded without normals.
+    pub flat: bool,
     /// Which springs are recorded.
     pub spring_detail: SpringDetail,
     /// The cloths, in the order of [`Frame::cloths`].

@@ -200,7 +200,7 @@ impl Run<'_> {
     /// Steps until the end, a divergence, a stop from outside, or a recorder that is gone.
     fn simulate(mut self, report: &mut dyn FnMut(Progress)) -> Stepped {
         let mut diverged = None;
-        let mut schedule = Schedule::new(self.plan, self.simulation.dt(), self.began);
+        let mut schedule = Schedule::new(self.plan, &self.simulation);
         let notes = self
             .plan
             .notes
@@ -290,8 +290,10 @@ struct Schedule {
 const GRACE: f64 = 1e-6;
 
 impl Schedule {
-    fn new(plan: &Plan<'_>, dt: f64, began: f64) -> Self {
-        let steps = (plan.duration / dt - GRACE).ceil().max(1.0);
+    fn new(plan: &Plan<'_>, simulation: &Simulation) -> Self {
+        let steps = (plan.duration - simulation.start()) / simulation.dt();
+        let steps = (steps - GRACE).ceil().max(1.0);
+        let began = simulation.state().time;
         Self {
             steps,
             fps: plan.fps,

@@ -2,7 +2,7 @@
 
 use super::Failure;
 use super::args::ExportArgs;
-use super::run::same_file;
+use super::output::same_file;
 use crate::export::write_csv;
 use crate::replay::{At, read_checkpoint};
 use anyhow::{Context as _, anyhow};

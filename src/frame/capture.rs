@@ -66,11 +66,13 @@ impl Capture {
             scene_toml: loaded.text.clone(),
             meshes: meshes(loaded),
             branch: String::new(),
+            start: None,
             model_list: model_list(&loaded.scene, model),
             strain_range: single(record.strain_range),
             view: record
                 .view
                 .map(|corners| corners.map(|corner| point(corner.into()))),
+            flat: !record.normals,
             spring_detail: match record.springs {
                 SpringDetailName::Off => SpringDetail::Off,
                 SpringDetailName::All => SpringDetail::All,

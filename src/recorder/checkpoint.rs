@@ -41,6 +41,43 @@ pub(super) fn log(stream: &RecordingStream, checkpoint: &Checkpoint) -> Recordin
     stream.log(entity::CHECKPOINT, &mark)
 }
 
+/// Records what a branch started with: positions and velocities.
+pub(super) fn log_start(stream: &RecordingStream, start: &Checkpoint) -> RecordingStreamResult<()> {
+    for cloth in &start.cloths {
+        let tensor = Tensor::new(tensor_of(&cloth.particles));
+        stream.log_static(entity::cloth_start(&cloth.name), &tensor)?;
+    }
+    let time = Arc::new(Float64Array::from(vec![start.time]));
+    let time = AnyValues::default().with_component_from_data(TIME, time);
+    stream.log_static(entity::START, &time)
+}
+
+/// The time (s) that a chunk of `/start` has.
+pub(crate) fn start_time(chunk: &Chunk) -> Option<f64> {
+    chunk
+        .iter_slices::<f64>(TIME.into())
+        .next()?
+        .first()
+        .copied()
+}
+
+/// The particles that a chunk of `/start/<cloth>` has.
+pub(crate) fn start_particles(chunk: &Chunk) -> Option<Vec<[f64; COLUMNS]>> {
+    let data = Tensor::descriptor_data().component;
+    let tensor = chunk
+        .iter_component::<rerun::components::TensorData>(data)
+        .next()?;
+    rows_of(&tensor.as_slice().first()?.0.buffer)
+}
+
+fn rows_of(buffer: &TensorBuffer) -> Option<Vec<[f64; COLUMNS]>> {
+    let TensorBuffer::F64(numbers) = buffer else {
+        return None;
+    };
+    let (particles, rest) = numbers.as_chunks::<COLUMNS>();
+    rest.is_empty().then(|| particles.to_vec())
+}
+
 /// One row a particle.
 fn tensor_of(particles: &[[f64; COLUMNS]]) -> TensorData {
     let shape = vec![particles.len() as u64, COLUMNS as u64];
@@ -90,12 +127,16 @@ pub(crate) fn luggage(chunk: &Chunk, frame: i64) -> Option<Vec<u8>> {
     Some(bytes.to_vec())
 }
 
-/// The hash of the state in each frame that a chunk of `/solver/state_hash` has.
-pub(crate) fn hashes(chunk: &Chunk) -> Vec<(i64, u64)> {
+/// Number, time (ns) and hash of the state of each frame that a chunk of `/solver/state_hash` has.
+pub(crate) fn hashes(chunk: &Chunk) -> Vec<(i64, i64, u64)> {
     let frames = chunk.iter_component_indices(entity::FRAME.into(), HASH.into());
-    let rows = frames.zip(chunk.iter_slices::<u64>(HASH.into()));
-    rows.filter_map(|((frame, _), hash)| Some((frame.as_i64(), *hash.first()?)))
-        .collect()
+    let times = chunk.iter_component_indices(entity::SIM_TIME.into(), HASH.into());
+    let hashes = chunk.iter_slices::<u64>(HASH.into());
+    let rows = frames.zip(times).zip(hashes);
+    rows.filter_map(|(((frame, _), (time, _)), hash)| {
+        Some((frame.as_i64(), time.as_i64(), *hash.first()?))
+    })
+    .collect()
 }
 
 /// Records a state's hash at the stream's present time.
@@ -112,9 +153,5 @@ pub(crate) fn particles(chunk: &Chunk, frame: i64) -> Option<Vec<[f64; COLUMNS]>
     let tensors = chunk.iter_component::<rerun::components::TensorData>(data);
     let mut rows = frames.zip(tensors);
     let (_, tensor) = rows.find(|((at, _), _)| at.as_i64() == frame)?;
-    let TensorBuffer::F64(numbers) = &tensor.as_slice().first()?.0.buffer else {
-        return None;
-    };
-    let (particles, rest) = numbers.as_chunks::<COLUMNS>();
-    rest.is_empty().then(|| particles.to_vec())
+    rows_of(&tensor.as_slice().first()?.0.buffer)
 }

@@ -1,11 +1,15 @@
 //! The `f64` states in a recording.
 
+use super::frames::seconds;
 use super::{ReadError, for_each_chunk};
 use crate::frame::{Checkpoint, ClothCheckpoint};
 use crate::recorder::checkpoint::{Mark, hashes, luggage, marks, particles};
 use crate::recorder::entity;
 use std::collections::BTreeMap;
 use std::path::Path;
+
+/// Times of checkpoints are sums of steps, and round (s).
+const ROUNDING: f64 = 1e-9;
 
 /// Which checkpoint.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -14,6 +18,21 @@ pub enum At {
     Last,
     /// The last one at or before this time (s).
     Time(f64),
+}
+
+/// Reads the first checkpoint of a recording.
+///
+/// # Errors
+///
+/// As [`read_checkpoint`].
+pub fn read_first_checkpoint(path: &Path) -> Result<Checkpoint, ReadError> {
+    let marks = complete_marks(path)?.into_iter();
+    match marks.min_by(|a, b| a.time.total_cmp(&b.time).then(a.step.cmp(&b.step))) {
+        Some(mark) => gather(path, &mark),
+        None => Err(ReadError::NoCheckpoint {
+            path: path.to_owned(),
+        }),
+    }
 }
 
 /// Reads a checkpoint of a recording, bit for bit as it was recorded.
@@ -28,7 +47,7 @@ pub fn read_checkpoint(path: &Path, at: At) -> Result<Checkpoint, ReadError> {
     let first = complete.iter().map(|mark| mark.time).reduce(f64::min);
     let wanted = complete.into_iter().filter(|mark| match at {
         At::Last => true,
-        At::Time(time) => mark.time <= time,
+        At::Time(time) => mark.time <= time + ROUNDING,
     });
     // Of two at one time the one with more steps.
     let latest = wanted.max_by(|a, b| a.time.total_cmp(&b.time).then(a.step.cmp(&b.step)));
@@ -51,18 +70,30 @@ pub fn checkpoint_times(path: &Path) -> Result<Vec<f64>, ReadError> {
     Ok(times)
 }
 
-/// The hashes of the states by frame, in order.
+/// The hash of the state in a frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StateHash {
+    /// Simulated time of the frame (s).
+    pub time: f64,
+    /// See [`State::hash`](crate::state::State::hash).
+    pub hash: u64,
+}
+
+/// The hashes of the states by the frames' numbers.
 ///
 /// # Errors
 ///
 /// When the file can't be read or is no recording.
-pub fn state_hashes(path: &Path) -> Result<BTreeMap<u64, u64>, ReadError> {
+pub fn state_hashes(path: &Path) -> Result<BTreeMap<u64, StateHash>, ReadError> {
     let entity = entity::path(&entity::STATE_HASH);
     let mut all = BTreeMap::new();
     for_each_chunk(path, |chunk| {
         if *chunk.entity_path() == entity {
             let rows = hashes(&chunk).into_iter();
-            all.extend(rows.map(|(frame, hash)| (frame.cast_unsigned(), hash)));
+            all.extend(rows.map(|(frame, time, hash)| {
+                let time = seconds(time);
+                (frame.cast_unsigned(), StateHash { time, hash })
+            }));
         }
     })?;
     Ok(all)

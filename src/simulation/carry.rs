@@ -46,6 +46,27 @@ impl Simulation {
         Ok(())
     }
 
+    /// A new simulation of the same model, scheme and step that starts with a state of its cloths' particles; `None`
+    /// when it has others.
+    pub fn started_at(self, start: &State) -> Option<Self> {
+        let Self {
+            model,
+            mut state,
+            integrator,
+            dt,
+            ..
+        } = self;
+        let cloth = ..model.cloth_particles();
+        let lists = [&start.positions, &start.velocities];
+        if lists.iter().any(|list| list.len() != cloth.end) {
+            return None;
+        }
+        state.time = start.time;
+        state.positions[cloth].copy_from_slice(&start.positions);
+        state.velocities[cloth].copy_from_slice(&start.velocities);
+        Some(Self::new(model, state, integrator, dt))
+    }
+
     /// Packs or unpacks what the stages and the scheme carry over to the next step besides the state of the cloths'
     /// particles.
     pub fn carry(&mut self, archive: &mut Archive) {

@@ -382,6 +382,11 @@ impl Simulation {
         self.integrator
     }
 
+    /// Time of the first state (s).
+    pub fn start(&self) -> f64 {
+        self.start
+    }
+
     /// The step (s).
     pub fn dt(&self) -> f64 {
         self.dt
