@@ -89,7 +89,7 @@ fn header() -> Header {
     let obstacle = |name: &str, moves| ObstacleHeader {
         name: name.to_owned(),
         moves,
-        positions: triangle(-1.0),
+        positions: triangle(-0.25),
         triangles: vec![[0, 2, 1]],
     };
     Header {
