@@ -71,26 +71,57 @@ try {
     const action = gltf.animations.length ? mixer.clipAction(gltf.animations[0]) : null;
     action?.setLoop(THREE.LoopOnce);
     if (action) action.clampWhenFinished = true;
+    const pixels = () => {
+        const gl = renderer.getContext();
+        const values = new Uint8Array(4 * 800 * 600);
+        gl.readPixels(0, 0, 800, 600, gl.RGBA, gl.UNSIGNED_BYTE, values);
+        return values;
+    };
+    const geometry = (positions, index) => {
+        const still = new THREE.BufferGeometry();
+        still.setAttribute('position', new THREE.Float32BufferAttribute(positions, 3));
+        still.setIndex(index);
+        still.computeVertexNormals();
+        return still;
+    };
     const moments = [];
     for (const time of times) {
         if (action) { action.reset().play(); mixer.setTime(time); }
         gltf.scene.updateMatrixWorld(true);
         renderer.render(scene, camera);
+        const picture = renderer.domElement.toDataURL('image/png');
+        const moved = pixels();
         const bodies = [];
+        const still = new THREE.Group();
         const vertex = new THREE.Vector3();
         gltf.scene.traverse((node) => {
             if (!node.isMesh && !node.isLine && !node.isPoints) return;
-            const scale = node.getWorldScale(new THREE.Vector3()).x;
-            if (scale === 0) return;
+            if (node.matrixWorld.determinant() === 0) return; // not its time: scaled to nothing
             const positions = [];
             for (let v = 0; v < node.geometry.attributes.position.count; v++) {
                 THREE.Mesh.prototype.getVertexPosition.call(node, v, vertex);
                 positions.push(...vertex.applyMatrix4(node.matrixWorld).toArray());
             }
             const up = (node.morphTargetInfluences ?? []).map((w, i) => [i, w]).filter(([, w]) => w !== 0);
+            still.add(new node.constructor(geometry(positions, node.geometry.index), node.material));
             bodies.push({ name: node.userData.name ?? node.name, positions, up });
         });
-        moments.push({ time, bodies, picture: renderer.domElement.toDataURL('image/png') });
+        // The same without morph targets must look the same.
+        gltf.scene.visible = false;
+        scene.add(still);
+        renderer.render(scene, camera);
+        scene.remove(still);
+        gltf.scene.visible = true;
+        const unmoved = pixels();
+        let other = 0;
+        for (let i = 0; i < moved.length; i += 4) {
+            const off = Math.abs(moved[i] - unmoved[i]) + Math.abs(moved[i + 1] - unmoved[i + 1]) + Math.abs(moved[i + 2] - unmoved[i + 2]);
+            other += off > 24;
+        }
+        const behind = [moved[0], moved[1], moved[2]];
+        let drawn = 0;
+        for (let i = 0; i < moved.length; i += 4) drawn += behind.some((c, k) => moved[i + k] !== c);
+        moments.push({ time, bodies, picture, drawn, other });
     }
     await post({ moments, duration: gltf.animations[0]?.duration ?? 0, calls: renderer.info.render });
 } catch (fault) {
@@ -178,6 +209,13 @@ const weights = moments.map(({ bodies }) => Math.max(0, ...bodies.flatMap(({ up 
 console.log(`${name}: ${frames.length} frames, ${duration.toFixed(3)} s; three.js is ${worst.toExponential(1)} m off at most;`,
     `weights ${weights.map((w) => w.toFixed(3)).join(' ')}`);
 if (!(worst <= ALLOWED_M)) fail(`more than ${ALLOWED_M} m`);
+// Seams and edges may fall on other pixels.
+for (const { time, drawn, other } of moments) {
+    if (drawn < 100) fail(`nothing is seen at ${time} s: ${drawn} pixels`);
+    if (other > 0.01 * drawn) fail(`at ${time} s ${other} of ${drawn} pixels look other than the frame`);
+}
+const others = Math.max(...moments.map(({ drawn, other }) => other / drawn));
+console.log(`${name}: ${(100 * others).toFixed(2)} % of what is seen looks other than without morph targets at most`);
 const seen = [moments[0], moments.at(-1)];
 seen.forEach(({ picture }, n) => {
     fs.writeFileSync(path.join(pictures, `${name}-${n}.png`), Buffer.from(picture.split(',')[1], 'base64'));
