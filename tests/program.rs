@@ -803,7 +803,7 @@ mod recorded {
     fn exported(folder: &Path, recording: &str, options: &str) -> Vec<[f64; 6]> {
         muslin_succeeds(
             folder,
-            &format!("export {recording} --csv state.csv {options}"),
+            &format!("export {recording} --csv state.csv --force {options}"),
         );
         let table = read(folder, "state.csv");
         let mut lines = table.lines();
@@ -903,7 +903,7 @@ checkpoint = 0.1
             let args =
                 format!("falling.toml --threads {threads} --save x.rrd --force --report r.json");
             muslin_succeeds(&folder, &args);
-            muslin_succeeds(&folder, "export x.rrd --csv x.csv");
+            muslin_succeeds(&folder, "export x.rrd --csv x.csv --force");
             read(&folder, "x.csv")
         };
         let one = state(1);
@@ -937,7 +937,7 @@ checkpoint = 0.1
             "{x}, {z}"
         );
         for (at, time) in [("0.05", 0.0), ("0.15", 0.1), ("99", 0.3), ("last", 0.3)] {
-            let args = format!("export x.rrd --csv t.csv --at {at}");
+            let args = format!("export x.rrd --csv t.csv --force --at {at}");
             let said = muslin_succeeds(folder, &args).out;
             let found = said.trim().trim_end_matches(" s").rsplit(' ').next();
             let found: f64 = found.expect("a time").parse().expect("a time");
@@ -961,7 +961,11 @@ checkpoint = 0.1
             ("missing.rrd", &["missing.rrd", "No such file", ".rrd"]),
         ];
         for (args, words) in cases {
-            refused(&folder, &format!("export {args} --csv old.csv"), words);
+            refused(
+                &folder,
+                &format!("export {args} --csv old.csv --force"),
+                words,
+            );
         }
         refused(
             &folder,

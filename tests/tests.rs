@@ -17,6 +17,8 @@ mod contact_study;
 mod contract;
 mod detection;
 mod error;
+#[cfg(feature = "rerun")]
+mod export;
 mod extremes;
 mod gallery;
 mod impacts;

@@ -2,7 +2,11 @@
 
 use crate::scene::{IntegratorName, Step};
 use crate::study::stability::Axis;
+#[cfg(feature = "rerun")]
+use clap::ArgGroup;
 use clap::{Args, Parser, Subcommand};
+#[cfg(feature = "rerun")]
+use std::num::NonZeroU64;
 use std::path::PathBuf;
 
 /// The whole command line.
@@ -40,7 +44,7 @@ pub(super) enum Command {
     /// Run the scene of a recording again and compare the states.
     #[cfg(feature = "rerun")]
     Verify(VerifyArgs),
-    /// Write the state of a recording as a table.
+    /// Write a recording in other formats: a table, OBJ or PLY meshes, an animated glTF.
     #[cfg(feature = "rerun")]
     Export(ExportArgs),
     /// Test swatches of a scene's cloths: moduli by direction, and bending against the elastica.
@@ -281,22 +285,37 @@ pub(super) struct StudyArgs {
     pub(super) out: Option<PathBuf>,
 }
 
+/// What to export and where it goes.
 #[cfg(feature = "rerun")]
 #[derive(Args, Debug)]
+#[command(group = ArgGroup::new("format").args(["csv", "obj", "ply", "glb"]).required(true).multiple(true))]
 pub(super) struct ExportArgs {
     /// A recording.
     pub(super) recording: PathBuf,
-    /// Table to write: cloth,particle,x,y,z,vx,vy,vz in m and m/s.
+    /// Table of the exact state at one time: cloth,particle,x,y,z,vx,vy,vz in m and m/s.
     #[arg(long, value_name = "FILE")]
-    pub(super) csv: PathBuf,
-    /// `last`, or a time (s): the last checkpoint at or before it.
-    #[arg(
-        long,
-        value_name = "T|last",
-        default_value = "last",
-        allow_negative_numbers = true
-    )]
-    pub(super) at: String,
+    pub(super) csv: Option<PathBuf>,
+    /// Folder for a mesh file a frame, frame-000123.obj and so on: an object for each cloth and obstacle, in
+    /// m, y up; chains as lines.
+    #[arg(long, value_name = "DIR")]
+    pub(super) obj: Option<PathBuf>,
+    /// The same as binary PLY: all in one mesh, coloured by strain, each vertex with the number of its body
+    /// (named in the file's head).
+    #[arg(long, value_name = "DIR")]
+    pub(super) ply: Option<PathBuf>,
+    /// One animated file for Blender, three.js and others: binary glTF, with morph targets.
+    #[arg(long, value_name = "FILE")]
+    pub(super) glb: Option<PathBuf>,
+    /// One frame: `last`, or the last at or before a time (s). Of --csv the last checkpoint at or before it,
+    /// which is the last of all by default.
+    #[arg(long, value_name = "T|last", allow_negative_numbers = true)]
+    pub(super) at: Option<String>,
+    /// Every Nth frame; all by default.
+    #[arg(long, value_name = "N", conflicts_with = "at")]
+    pub(super) every: Option<NonZeroU64>,
+    /// Replace existing files.
+    #[arg(long)]
+    pub(super) force: bool,
 }
 
 /// What to go on with.

@@ -19,7 +19,7 @@ mod camera;
 #[cfg(feature = "rerun")]
 pub(crate) mod checkpoint;
 #[cfg(feature = "rerun")]
-mod color;
+pub(crate) mod color;
 #[cfg(feature = "rerun")]
 mod drawing;
 #[cfg(feature = "rerun")]
@@ -31,7 +31,7 @@ mod frame_set;
 #[cfg(feature = "rerun")]
 mod live;
 #[cfg(feature = "rerun")]
-mod normals;
+pub(crate) mod normals;
 #[cfg(feature = "rerun")]
 mod panels;
 #[cfg(feature = "rerun")]

@@ -184,3 +184,16 @@ pub(super) fn positions(chunk: &Chunk) -> impl Iterator<Item = Vec<[f32; 3]>> {
     let rows = [of_mesh, of_points].map(|component| chunk.iter_slices::<[f32; 3]>(component));
     rows.into_iter().flatten().map(<[_]>::to_vec)
 }
+
+/// Vertex colours of the same rows (sRGB).
+pub(super) fn colors(chunk: &Chunk) -> impl Iterator<Item = Vec<[u8; 3]>> {
+    let of_mesh = Mesh3D::descriptor_vertex_colors().component;
+    let of_points = rerun::Points3D::descriptor_colors().component;
+    let rows = [of_mesh, of_points].map(|component| chunk.iter_slices::<u32>(component));
+    let rgb = |rgba: &u32| {
+        let [red, green, blue, _] = rgba.to_be_bytes();
+        [red, green, blue]
+    };
+    let rows = rows.into_iter().flatten();
+    rows.map(move |row| row.iter().map(rgb).collect())
+}
