@@ -7,10 +7,14 @@ mod choose;
 mod export;
 mod folder;
 mod foresight;
+#[cfg(feature = "rerun")]
+mod keys;
 mod lab;
 mod mannequin;
 mod progress;
 mod quantity;
+#[cfg(feature = "rerun")]
+mod replay;
 mod report;
 mod run;
 mod scenes;
@@ -56,6 +60,8 @@ pub fn main() -> ExitCode {
         Command::Check(args) => check::run(&args),
         #[cfg(feature = "rerun")]
         Command::Export(args) => export::run(&args),
+        #[cfg(feature = "rerun")]
+        Command::Replay(args) => replay::run(&args),
         Command::Lab(args) => lab::run(&args),
         Command::Study(args) => study::run(&args),
         Command::Mannequin { out, poncho } => mannequin::run(&out, poncho),

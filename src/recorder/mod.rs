@@ -13,7 +13,7 @@ mod error;
 mod memory;
 
 #[cfg(feature = "rerun")]
-mod blueprint;
+pub(crate) mod blueprint;
 #[cfg(feature = "rerun")]
 mod camera;
 #[cfg(feature = "rerun")]
@@ -26,6 +26,8 @@ mod disk;
 mod drawing;
 #[cfg(feature = "rerun")]
 pub(crate) mod entity;
+#[cfg(feature = "rerun")]
+pub(crate) mod feed;
 #[cfg(feature = "rerun")]
 mod frame_set;
 #[cfg(feature = "rerun")]

@@ -58,7 +58,7 @@ pub(super) fn log(stream: &RecordingStream, header: &Header) -> RecordingStreamR
         let contacts = Points3D::update_fields().with_radii(radii);
         stream.log_static(entity::body(entity::CONTACTS), &contacts)?;
     }
-    log_series(stream, header)
+    log_series(stream, &header.series)
 }
 
 /// The model list and the TOML, to read and to run again.
@@ -134,8 +134,8 @@ fn log_obstacle(stream: &RecordingStream, obstacle: &ObstacleHeader) -> Recordin
 }
 
 /// Names and colours of the series; the colours repeat only within a plot of more than eight.
-fn log_series(stream: &RecordingStream, header: &Header) -> RecordingStreamResult<()> {
-    for panel in panels::of(&header.series) {
+pub(crate) fn log_series(stream: &RecordingStream, all: &[Series]) -> RecordingStreamResult<()> {
+    for panel in panels::of(all) {
         for (n, series) in panel.series.iter().enumerate() {
             let style = SeriesLines::new()
                 .with_names([series.label.as_str()])
