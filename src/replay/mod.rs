@@ -26,3 +26,5 @@ pub(crate) use reading::for_each_chunk;
 
 use frames::seconds;
 use play::{Viewers, Window};
+#[cfg(test)]
+use reading::Messages;

@@ -180,6 +180,11 @@ impl Replay {
         self.span
     }
 
+    #[cfg(test)]
+    pub(super) fn recordings(self) -> Vec<(PathBuf, Survey)> {
+        self.recordings
+    }
+
     /// Replays them to viewers until the end, or until the console says to quit; returns the frames that a viewer
     /// missed.
     ///

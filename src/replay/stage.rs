@@ -216,3 +216,6 @@ impl<'a> Stage<'a> {
         });
     }
 }
+
+#[cfg(test)]
+mod tests;
