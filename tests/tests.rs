@@ -31,6 +31,8 @@ mod pick;
 mod program;
 mod projective;
 mod recovery;
+#[cfg(feature = "rerun")]
+mod replay;
 mod required;
 mod runs;
 mod schemes;

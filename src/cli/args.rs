@@ -37,6 +37,9 @@ pub(super) enum Command {
     /// Show recordings in a viewer again, at their pace.
     #[cfg(feature = "rerun")]
     Replay(ReplayArgs),
+    /// Say what a recording holds: scene, scheme, energies, strain, checkpoints, sizes.
+    #[cfg(feature = "rerun")]
+    Info(InfoArgs),
     /// Test swatches of a scene's cloths: moduli by direction, and bending against the elastica.
     Lab(LabArgs),
     /// Measure what accuracy costs: every scheme over its steps against a reference.
@@ -298,4 +301,16 @@ pub(super) struct ReplayArgs {
     /// Print nothing but errors.
     #[arg(long)]
     pub(super) quiet: bool,
+}
+
+/// What to tell about.
+#[cfg(feature = "rerun")]
+#[derive(Args, Debug)]
+pub(super) struct InfoArgs {
+    /// A recording.
+    #[arg(value_name = "FILE.rrd")]
+    pub(super) recording: PathBuf,
+    /// For machines.
+    #[arg(long)]
+    pub(super) json: bool,
 }

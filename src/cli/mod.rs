@@ -8,6 +8,8 @@ mod export;
 mod folder;
 mod foresight;
 #[cfg(feature = "rerun")]
+mod info;
+#[cfg(feature = "rerun")]
 mod keys;
 mod lab;
 mod mannequin;
@@ -62,6 +64,8 @@ pub fn main() -> ExitCode {
         Command::Export(args) => export::run(&args),
         #[cfg(feature = "rerun")]
         Command::Replay(args) => replay::run(&args),
+        #[cfg(feature = "rerun")]
+        Command::Info(args) => info::run(&args),
         Command::Lab(args) => lab::run(&args),
         Command::Study(args) => study::run(&args),
         Command::Mannequin { out, poncho } => mannequin::run(&out, poncho),

@@ -35,14 +35,20 @@ pub(super) fn flush(
 
 /// Checks that the finished file ends as a complete recording does.
 pub(super) fn check_complete(path: &Path) -> Result<(), RecordError> {
-    match trailer(path) {
-        Ok(bytes) if bytes.windows(FOOTER_MARK.len()).any(|w| w == FOOTER_MARK) => Ok(()),
-        Ok(_) => Err(cannot_write(path, "its end is missing".to_owned())),
+    match is_complete(path) {
+        Ok(true) => Ok(()),
+        Ok(false) => Err(cannot_write(path, "its end is missing".to_owned())),
         Err(source) => Err(RecordError::CannotWrite {
             path: path.to_owned(),
             source,
         }),
     }
+}
+
+/// Does a file end as a complete recording does?
+pub(crate) fn is_complete(path: &Path) -> io::Result<bool> {
+    let end = trailer(path)?;
+    Ok(end.windows(FOOTER_MARK.len()).any(|w| w == FOOTER_MARK))
 }
 
 fn trailer(path: &Path) -> io::Result<Vec<u8>> {

@@ -21,7 +21,7 @@ pub(crate) mod checkpoint;
 #[cfg(feature = "rerun")]
 mod color;
 #[cfg(feature = "rerun")]
-mod disk;
+pub(crate) mod disk;
 #[cfg(feature = "rerun")]
 mod drawing;
 #[cfg(feature = "rerun")]
@@ -38,6 +38,8 @@ mod normals;
 mod panels;
 #[cfg(feature = "rerun")]
 mod plots;
+#[cfg(feature = "rerun")]
+pub(crate) mod properties;
 #[cfg(feature = "rerun")]
 mod queue;
 #[cfg(feature = "rerun")]

@@ -11,7 +11,7 @@ use rerun::{AnyValues, LineStrips3D, Mesh3D, Points3D, Radius, RecordingStream};
 use rerun::{RecordingStreamResult, Rgba32, SeriesLines, TextDocument, ViewCoordinates};
 
 use super::entity::{self, ClothPaths};
-use super::{color, drawing, normals, panels};
+use super::{color, drawing, normals, panels, properties};
 use crate::frame::{ClothHeader, Header, ObstacleHeader, Series};
 
 /// Component of `/scene` that holds the scene's TOML as it was run, for those who read it back.
@@ -39,6 +39,7 @@ const PENETRATION_RADIUS: f32 = 4.0;
 /// Logs everything static.
 pub(super) fn log(stream: &RecordingStream, header: &Header) -> RecordingStreamResult<()> {
     stream.log_static(entity::WORLD, &ViewCoordinates::RIGHT_HAND_Y_UP())?;
+    properties::log(stream, &header.facts)?;
     log_scene(stream, header)?;
     for cloth in &header.cloths {
         log_cloth(stream, header, cloth)?;
@@ -64,8 +65,9 @@ pub(super) fn log(stream: &RecordingStream, header: &Header) -> RecordingStreamR
 /// The model list and the TOML, to read and to run again.
 fn log_scene(stream: &RecordingStream, header: &Header) -> RecordingStreamResult<()> {
     let text = format!(
-        "### {}\n\n{}\n\n#### Scene\n\n```toml\n{}\n```\n",
+        "### {}\n\n{}\n{}\n\n#### Scene\n\n```toml\n{}\n```\n",
         header.scene,
+        properties::table(&header.facts),
         header.model_list.trim_end(),
         header.scene_toml.trim_end()
     );

@@ -7,6 +7,7 @@
 mod checkpoints;
 mod error;
 mod frames;
+mod info;
 mod layout;
 mod overlay;
 mod pace;
@@ -19,6 +20,7 @@ mod track;
 pub use checkpoints::{At, read_checkpoint};
 pub use error::ReadError;
 pub use frames::{RecordedFrame, for_each_frame};
+pub use info::{Info, Size, Summary};
 pub use layout::{Layout, RecordedCloth, RecordedObstacle};
 pub use pace::Pace;
 pub use play::{Command, Console, Replay, ReplayError, ReplayPlan, ReplayProgress};

@@ -44,6 +44,11 @@ impl Messages {
         Ok(message)
     }
 
+    /// Bytes of the file read so far, up to the end of the last message.
+    pub(crate) fn bytes(&self) -> u64 {
+        self.decoder.num_bytes_processed()
+    }
+
     /// The rows in a message, if it is one of a recording and not of a blueprint.
     pub(crate) fn rows(&self, message: &LogMsg) -> Result<Option<Chunk>, ReadError> {
         match message {
