@@ -6,10 +6,12 @@
 
 mod audited;
 mod capture;
+mod facts;
 mod series;
 
 pub use audited::Audited;
 pub use capture::Capture;
+pub use facts::Facts;
 pub use series::mean_strain;
 
 use crate::state::State;
@@ -30,6 +32,8 @@ pub struct Header {
     pub start: Option<Checkpoint>,
     /// What is modelled, as Markdown.
     pub model_list: String,
+    /// What the recording says about itself.
+    pub facts: Facts,
     /// Strain at the ends of the colour map (m/m).
     pub strain_range: f32,
     /// Two corners of the box that is looked at when the recording is opened (m), if the scene says.

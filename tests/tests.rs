@@ -37,6 +37,8 @@ mod projective;
 #[cfg(feature = "rerun")]
 mod recordings;
 mod recovery;
+#[cfg(feature = "rerun")]
+mod replay;
 mod required;
 mod resume;
 mod runs;

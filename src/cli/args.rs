@@ -47,6 +47,12 @@ pub(super) enum Command {
     /// Write a recording in other formats: a table, OBJ or PLY meshes, an animated glTF.
     #[cfg(feature = "rerun")]
     Export(ExportArgs),
+    /// Show recordings in a viewer again, at their pace.
+    #[cfg(feature = "rerun")]
+    Replay(ReplayArgs),
+    /// Say what a recording holds: scene, scheme, energies, strain, checkpoints, sizes.
+    #[cfg(feature = "rerun")]
+    Info(InfoArgs),
     /// Test swatches of a scene's cloths: moduli by direction, and bending against the elastica.
     Lab(LabArgs),
     /// Measure what accuracy costs: every scheme over its steps against a reference.
@@ -364,4 +370,54 @@ pub(super) struct CompareArgs {
     /// From which distance on the runs count as visibly apart.
     #[arg(long, value_name = "LENGTH", value_parser = super::quantity::length, default_value = "5mm")]
     pub(super) visible: f64,
+}
+
+/// What to replay, where to and how.
+#[cfg(feature = "rerun")]
+#[derive(Args, Debug)]
+pub(super) struct ReplayArgs {
+    /// Recordings; several are shown over each other.
+    #[arg(required = true, value_name = "FILE.rrd")]
+    pub(super) recordings: Vec<PathBuf>,
+    /// Stream to a viewer that listens at URL.
+    #[arg(long, value_name = "URL", num_args = 0..=1, default_missing_value = "rerun+http://127.0.0.1:9876/proxy")]
+    pub(super) connect: Option<String>,
+    /// Let viewers fetch the replay at this port of this machine.
+    #[arg(long, value_name = "PORT", num_args = 0..=1, default_missing_value = "9876")]
+    pub(super) serve: Option<u16>,
+    /// Start a viewer and stream to it.
+    #[arg(long)]
+    pub(super) spawn: bool,
+    /// Simulated seconds in a second; 1e9 for as fast as the viewer takes it.
+    #[arg(
+        long,
+        value_name = "X",
+        default_value_t = 1.0,
+        allow_negative_numbers = true
+    )]
+    pub(super) speed: f64,
+    /// Time to begin at (s).
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    pub(super) from: Option<f64>,
+    /// Time to end at (s).
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    pub(super) to: Option<f64>,
+    /// Over and over, until q or Ctrl-C.
+    #[arg(long = "loop")]
+    pub(super) looped: bool,
+    /// Print nothing but errors.
+    #[arg(long)]
+    pub(super) quiet: bool,
+}
+
+/// What to tell about.
+#[cfg(feature = "rerun")]
+#[derive(Args, Debug)]
+pub(super) struct InfoArgs {
+    /// A recording.
+    #[arg(value_name = "FILE.rrd")]
+    pub(super) recording: PathBuf,
+    /// For machines.
+    #[arg(long)]
+    pub(super) json: bool,
 }

@@ -9,12 +9,18 @@ mod compare;
 mod export;
 mod folder;
 mod foresight;
+#[cfg(feature = "rerun")]
+mod info;
 mod job;
+#[cfg(feature = "rerun")]
+mod keys;
 mod lab;
 mod mannequin;
 mod output;
 mod progress;
 mod quantity;
+#[cfg(feature = "rerun")]
+mod replay;
 mod report;
 #[cfg(feature = "rerun")]
 mod resume;
@@ -70,6 +76,10 @@ pub fn main() -> ExitCode {
         Command::Verify(args) => verify::run(&args),
         #[cfg(feature = "rerun")]
         Command::Export(args) => export::run(&args),
+        #[cfg(feature = "rerun")]
+        Command::Replay(args) => replay::run(&args),
+        #[cfg(feature = "rerun")]
+        Command::Info(args) => info::run(&args),
         Command::Lab(args) => lab::run(&args),
         Command::Study(args) => study::run(&args),
         Command::Mannequin { out, poncho } => mannequin::run(&out, poncho),

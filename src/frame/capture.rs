@@ -2,8 +2,8 @@
 
 use super::series::series;
 use super::{
-    Audited, Checkpoint, ClothCheckpoint, ClothFrame, ClothHeader, ContactMark, Event, Frame,
-    Header, Histogram, ObstacleHeader, Series, SpringDetail, SpringFamily,
+    Audited, Checkpoint, ClothCheckpoint, ClothFrame, ClothHeader, ContactMark, Event, Facts,
+    Frame, Header, Histogram, ObstacleHeader, Series, SpringDetail, SpringFamily,
 };
 use crate::collision::{Audit, Findings, Obstacle};
 use crate::mesh::TriMesh;
@@ -68,6 +68,7 @@ impl Capture {
             branch: String::new(),
             start: None,
             model_list: model_list(&loaded.scene, model),
+            facts: Facts::of(loaded, simulation),
             strain_range: single(record.strain_range),
             view: record
                 .view

@@ -10,9 +10,9 @@ use rerun::blueprint::{
     SelectionPanel, Spatial3DView, Tabs, TextDocumentView, TextLogView, TimePanel, TimeSeriesView,
     Vertical,
 };
-use rerun::external::re_log_types::BlueprintActivationCommand;
+use rerun::external::re_log_types::{BlueprintActivationCommand, StoreId};
 use rerun::external::re_sdk_types::blueprint::archetypes::{
-    Background, EyeControls3D, LineGrid3D, PlotLegend,
+    Background, EyeControls3D, LineGrid3D, PlotLegend, TimePanelBlueprint,
 };
 use rerun::log::LogMsg;
 use rerun::{Color, EntityPath, RecordingStream, RecordingStreamBuilder, RecordingStreamResult};
@@ -21,7 +21,7 @@ use super::camera::Camera;
 use super::entity::ClothPaths;
 use super::panels::{self, Panel};
 use super::{drawing, entity};
-use crate::frame::{Header, SpringDetail};
+use crate::frame::{Frame, Header, SpringDetail};
 
 /// Shares of the cloth and of the column beside it.
 const COLUMNS: [f32; 2] = [1.75, 1.0];
@@ -38,10 +38,43 @@ pub(super) fn send(
     header: &Header,
     camera: Camera,
 ) -> RecordingStreamResult<()> {
+    if let Some((messages, activation)) = messages(header, camera)? {
+        stream.send_blueprint(messages, activation);
+    }
+    Ok(())
+}
+
+/// The blueprint for the recording of a first frame, as messages for those who have no stream.
+pub(crate) fn of(header: &Header, first: &Frame) -> RecordingStreamResult<Vec<LogMsg>> {
+    let camera = Camera::framing(header, first);
+    let (mut all, activation) = match messages(header, camera)? {
+        Some(blueprint) => blueprint,
+        None => return Ok(Vec::new()),
+    };
+    all.push(activation.into());
+    Ok(all)
+}
+
+/// What tells a viewer that shows the blueprint `id` to play on by itself from the end to the start.
+pub(crate) fn looping(id: &StoreId, speed: f64) -> RecordingStreamResult<Vec<LogMsg>> {
+    let panel = TimePanelBlueprint::update_fields()
+        .with_play_state(parts::PlayState::Playing)
+        .with_loop_mode(parts::LoopMode::All)
+        .with_playback_speed(speed);
+    // A later change of the blueprint than those of the recording, which are at 0.
+    let mut messages = drafted(id, 1, |draft| draft.log("time_panel", &panel))?;
+    messages.push(activation(id).into());
+    Ok(messages)
+}
+
+fn messages(
+    header: &Header,
+    camera: Camera,
+) -> RecordingStreamResult<Option<(Vec<LogMsg>, BlueprintActivationCommand)>> {
     if !rerun::decide_logging_enabled(true) {
         // Rerun's blueprints obey RERUN=0 even where recordings don't, and panic then.
         tracing::warn!("RERUN is off in the environment: recording without a layout");
-        return Ok(());
+        return Ok(None);
     }
     let mut layout = Layout::default();
     let blueprint = layout.blueprint(header);
@@ -51,24 +84,35 @@ pub(super) fn send(
     let mut messages = memory.take();
     messages.retain(belongs_to_blueprint);
     let Some(id) = messages.first().map(|message| message.store_id().clone()) else {
-        return Ok(());
+        return Ok(None);
     };
-    let builder = RecordingStreamBuilder::from_store_id(&id);
+    let properties = drafted(&id, 0, |draft| layout.log_properties(draft, camera))?;
+    messages.extend(properties);
+    Ok(Some((messages, activation(&id))))
+}
+
+/// What `log` logs into the blueprint `id` at a time of it.
+fn drafted(
+    id: &StoreId,
+    time: i64,
+    log: impl FnOnce(&RecordingStream) -> RecordingStreamResult<()>,
+) -> RecordingStreamResult<Vec<LogMsg>> {
+    let builder = RecordingStreamBuilder::from_store_id(id);
     let (draft, memory) = builder.enabled(true).send_properties(false).memory()?;
     draft.set_log_time_enabled(false);
-    draft.set_time_sequence("blueprint", 0);
-    layout.log_properties(&draft, camera)?;
-    let properties = memory.take();
-    messages.extend(properties.into_iter().filter(belongs_to_blueprint));
-    stream.send_blueprint(
-        messages,
-        BlueprintActivationCommand {
-            blueprint_id: id,
-            make_active: true,
-            make_default: true,
-        },
-    );
-    Ok(())
+    draft.set_time_sequence("blueprint", time);
+    log(&draft)?;
+    let mut messages = memory.take();
+    messages.retain(belongs_to_blueprint);
+    Ok(messages)
+}
+
+fn activation(id: &StoreId) -> BlueprintActivationCommand {
+    BlueprintActivationCommand {
+        blueprint_id: id.clone(),
+        make_active: true,
+        make_default: true,
+    }
 }
 
 fn belongs_to_blueprint(message: &LogMsg) -> bool {

@@ -80,6 +80,21 @@ impl LiveViewer {
         self.queue.dropped()
     }
 
+    /// Viewers that have come so far.
+    pub(super) fn greeted(&self) -> u64 {
+        self.queue.greeted()
+    }
+
+    /// Waits until a viewer is there, as long as one may take to start.
+    pub(super) fn wait_for_viewer(&self) {
+        self.queue.wait_for_viewer(self.expected_by);
+    }
+
+    /// Waits until half of the line is free, no longer than `patience`. Is nothing in the way?
+    pub(super) fn wait_for_room(&self, patience: Duration) -> bool {
+        self.queue.wait_for_room(patience)
+    }
+
     /// Gives a connected viewer up to two seconds to take the rest; what it doesn't is dropped.
     pub(super) fn finish(&self) {
         let deadline = self.expected_by.max(Instant::now()) + DRAIN;

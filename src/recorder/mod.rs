@@ -13,7 +13,7 @@ mod error;
 mod memory;
 
 #[cfg(feature = "rerun")]
-mod blueprint;
+pub(crate) mod blueprint;
 #[cfg(feature = "rerun")]
 mod camera;
 #[cfg(feature = "rerun")]
@@ -24,6 +24,8 @@ pub(crate) mod color;
 mod drawing;
 #[cfg(feature = "rerun")]
 pub(crate) mod entity;
+#[cfg(feature = "rerun")]
+pub(crate) mod feed;
 #[cfg(feature = "rerun")]
 mod file;
 #[cfg(feature = "rerun")]
@@ -36,6 +38,8 @@ pub(crate) mod normals;
 mod panels;
 #[cfg(feature = "rerun")]
 mod plots;
+#[cfg(feature = "rerun")]
+pub(crate) mod properties;
 #[cfg(feature = "rerun")]
 mod queue;
 #[cfg(feature = "rerun")]

@@ -52,6 +52,8 @@ struct State {
     in_flight: Vec<u64>,
     dropped: FrameSet,
     link: Link,
+    /// Viewers that have come so far.
+    greeted: u64,
     /// Sticky messages that the present viewer has.
     sticky_sent: usize,
     closing: bool,
@@ -76,6 +78,7 @@ impl Queue {
             in_flight: Vec::new(),
             dropped: FrameSet::default(),
             link: Link::Down,
+            greeted: 0,
             sticky_sent: 0,
             closing: false,
         };
@@ -106,6 +109,29 @@ impl Queue {
         self.lock().dropped.len()
     }
 
+    /// Viewers that have come so far.
+    pub(super) fn greeted(&self) -> u64 {
+        self.lock().greeted
+    }
+
+    /// Waits until a viewer is there, no longer than `deadline`.
+    pub(super) fn wait_for_viewer(&self, deadline: Instant) {
+        let left = deadline.saturating_duration_since(Instant::now());
+        let state = self.lock();
+        let down = |state: &mut State| state.link == Link::Down;
+        drop(self.changed.wait_timeout_while(state, left, down));
+    }
+
+    /// Waits until half of the line is free, no longer than `patience`, and only while a viewer is there to make
+    /// room. Is nothing in the way?
+    pub(super) fn wait_for_room(&self, patience: Duration) -> bool {
+        let state = self.lock();
+        let waited = (self.changed)
+            .wait_timeout_while(state, patience, |state: &mut State| state.is_held_up());
+        let (state, _) = waited.unwrap_or_else(PoisonError::into_inner);
+        !state.is_held_up()
+    }
+
     /// Is it time to end?
     pub(super) fn closing(&self) -> bool {
         self.lock().closing
@@ -116,6 +142,7 @@ impl Queue {
         let mut state = self.lock();
         if state.link != link {
             state.link = link;
+            state.greeted += u64::from(link == Link::Up);
             state.sticky_sent = 0;
         }
         drop(state);
@@ -130,7 +157,10 @@ impl Queue {
         let idle = |state: &mut State| !state.has_work() && !state.closing;
         let waited = self.changed.wait_timeout_while(state, timeout, idle);
         let (mut state, _) = waited.unwrap_or_else(PoisonError::into_inner);
-        state.next_batch()
+        let batch = state.next_batch();
+        drop(state);
+        self.changed.notify_all();
+        batch
     }
 
     /// Says whether the viewer has what [`Self::take`] gave.
@@ -224,6 +254,12 @@ impl State {
         self.sticky_sent < self.sticky.len() || !self.waiting.is_empty()
     }
 
+    /// Is a viewer there that hasn't taken half of what can be lined up?
+    fn is_held_up(&self) -> bool {
+        let full = 2 * self.waiting.len() > MAX_MESSAGES || 2 * self.waiting_bytes > MAX_BYTES;
+        full && self.link == Link::Up && !self.closing
+    }
+
     fn busy(&self) -> bool {
         self.has_work() || !self.in_flight.is_empty()
     }
@@ -257,7 +293,10 @@ fn frames_of(message: &LogMsg) -> Option<Vec<u64>> {
     if !store.is_recording() {
         return None;
     }
-    let column = chunk.batch.column_by_name(entity::FRAME)?;
+    let Some(column) = chunk.batch.column_by_name(entity::FRAME) else {
+        // What has a time, but no frame, is dropped without being counted.
+        return (chunk.batch.column_by_name(entity::SIM_TIME)).map(|_| Vec::new());
+    };
     let frames = column.as_any().downcast_ref::<Int64Array>()?;
     let mut frames: Vec<u64> = frames.iter().flatten().map(i64::cast_unsigned).collect();
     frames.dedup();

@@ -11,7 +11,7 @@ use rerun::{AnyValues, LineStrips3D, Mesh3D, Points3D, Radius, RecordingStream};
 use rerun::{RecordingStreamResult, Rgba32, SeriesLines, TextDocument, ViewCoordinates};
 
 use super::entity::{self, ClothPaths};
-use super::{checkpoint, color, drawing, normals, panels};
+use super::{checkpoint, color, drawing, normals, panels, properties};
 use crate::frame::{ClothHeader, Header, ObstacleHeader, Series};
 
 /// Component of `/scene` that holds the scene's TOML as it was run, for those who read it back.
@@ -24,7 +24,7 @@ pub(crate) const OBSTACLES: &str = "obstacles";
 /// The same with what the recording is a branch of.
 pub(crate) const BRANCH: &str = "branch_of";
 /// The same with the number of frames, at the end of a complete recording.
-pub(crate) const FRAMES: &str = "frames";
+const FRAMES: &str = "frames";
 /// Component of `/scene/meshes/<path>` with the text of an OBJ mesh.
 pub(crate) const TEXT: &str = "text";
 
@@ -46,6 +46,7 @@ const PENETRATION_RADIUS: f32 = 4.0;
 /// Logs everything static.
 pub(super) fn log(stream: &RecordingStream, header: &Header) -> RecordingStreamResult<()> {
     stream.log_static(entity::WORLD, &ViewCoordinates::RIGHT_HAND_Y_UP())?;
+    properties::log(stream, &header.facts)?;
     log_scene(stream, header)?;
     if let Some(start) = &header.start {
         checkpoint::log_start(stream, start)?;
@@ -68,14 +69,15 @@ pub(super) fn log(stream: &RecordingStream, header: &Header) -> RecordingStreamR
         let contacts = Points3D::update_fields().with_radii(radii);
         stream.log_static(entity::body(entity::CONTACTS), &contacts)?;
     }
-    log_series(stream, header)
+    log_series(stream, &header.series)
 }
 
 /// The model list and the TOML, to read and to run again.
 fn log_scene(stream: &RecordingStream, header: &Header) -> RecordingStreamResult<()> {
     let text = format!(
-        "### {}\n\n{}\n\n#### Scene\n\n```toml\n{}\n```\n",
+        "### {}\n\n{}\n{}\n\n#### Scene\n\n```toml\n{}\n```\n",
         header.scene,
+        properties::table(&header.facts),
         header.model_list.trim_end(),
         header.scene_toml.trim_end()
     );
@@ -108,6 +110,12 @@ pub(super) fn log_end(stream: &RecordingStream, frames: u64) -> RecordingStreamR
     let frames = Arc::new(UInt64Array::from(vec![frames]));
     let values = AnyValues::default().with_component_from_data(FRAMES, frames);
     stream.log_static(entity::SCENE, &values)
+}
+
+/// The number of frames that this chunk of `/scene` says at the end of a complete recording.
+pub(crate) fn frames_of(chunk: &Chunk) -> Option<u64> {
+    let counts = chunk.iter_slices::<u64>(FRAMES.into()).next()?;
+    counts.first().copied()
 }
 
 /// What this chunk of `/scene` says to those who read it back: the texts of one of its components.
@@ -161,8 +169,8 @@ fn log_obstacle(stream: &RecordingStream, obstacle: &ObstacleHeader) -> Recordin
 }
 
 /// Names and colours of the series; the colours repeat only within a plot of more than eight.
-fn log_series(stream: &RecordingStream, header: &Header) -> RecordingStreamResult<()> {
-    for panel in panels::of(&header.series) {
+pub(crate) fn log_series(stream: &RecordingStream, all: &[Series]) -> RecordingStreamResult<()> {
+    for panel in panels::of(all) {
         for (n, series) in panel.series.iter().enumerate() {
             let style = SeriesLines::new()
                 .with_names([series.label.as_str()])

@@ -4,7 +4,7 @@ use super::{ReadError, for_each_chunk};
 use crate::frame::{Checkpoint, ClothCheckpoint};
 use crate::recorder::checkpoint::{start_particles, start_time};
 use crate::recorder::entity;
-use crate::recorder::statics::{BRANCH, CLOTHS, FRAMES, OBSTACLES, TEXT, TOML, texts_of};
+use crate::recorder::statics::{BRANCH, CLOTHS, OBSTACLES, TEXT, TOML, frames_of, texts_of};
 use crate::scene::{LoadedScene, SceneError, load_text};
 use rerun::Mesh3D;
 use rerun::log::Chunk;
@@ -77,8 +77,7 @@ impl Layout {
                 take(&mut cloths, CLOTHS);
                 take(&mut obstacles, OBSTACLES);
                 take(&mut branch, BRANCH);
-                let counts = chunk.iter_slices::<u64>(FRAMES.into()).next();
-                frames = frames.or_else(|| counts?.first().copied());
+                frames = frames.or_else(|| frames_of(&chunk));
             } else if chunk.entity_path().is_child_of(&folder) {
                 let name = chunk.entity_path().last().map(|part| part.unescaped_str());
                 let text = texts_of(&chunk, TEXT).and_then(|mut texts| texts.pop());
