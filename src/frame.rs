@@ -34,7 +34,9 @@ pub struct Header {
     pub model_list: String,
     /// What the recording says about itself.
     pub facts: Facts,
-    /// Strain at the ends of the colour map (m/m).
+    /// What the colours of cloths and springs stand for.
+    pub colors: Colors,
+    /// Strain at the ends of the colour map (m/m), or distance (m).
     pub strain_range: f32,
     /// Two corners of the box that is looked at when the recording is opened (m), if the scene says.
     pub view: Option<[[f32; 3]; 2]>,
@@ -57,6 +59,16 @@ pub struct Series {
     pub path: String,
     /// What the plot calls it, with its unit, such as `kinetic (J)`.
     pub label: String,
+}
+
+/// What the colours of cloths and springs stand for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Colors {
+    /// Signed strain.
+    #[default]
+    Strain,
+    /// Distance from another run, drawn like stretch.
+    Distance,
 }
 
 /// Which springs are recorded as lines.

@@ -43,6 +43,7 @@ fn for_machines(info: &Info) -> Value {
         .collect();
     let mut told = json!({
         "complete": info.complete,
+        "branch": (!info.branch.is_empty()).then_some(&info.branch),
         "frames": info.frames,
         "first_s": info.span.map(|span| span.0),
         "last_s": info.span.map(|span| span.1),
@@ -129,6 +130,9 @@ fn about(text: &mut String, info: &Info) -> std::fmt::Result {
                 writeln!(text, "  {model}")?;
             }
         }
+    }
+    if !info.branch.is_empty() {
+        writeln!(text, "{}", info.branch)?;
     }
     match info.complete {
         true => writeln!(text, "complete"),

@@ -2,8 +2,8 @@
 
 use super::series::series;
 use super::{
-    Audited, Checkpoint, ClothCheckpoint, ClothFrame, ClothHeader, ContactMark, Event, Facts,
-    Frame, Header, Histogram, ObstacleHeader, Series, SpringDetail, SpringFamily,
+    Audited, Checkpoint, ClothCheckpoint, ClothFrame, ClothHeader, Colors, ContactMark, Event,
+    Facts, Frame, Header, Histogram, ObstacleHeader, Series, SpringDetail, SpringFamily,
 };
 use crate::collision::{Audit, Findings, Obstacle};
 use crate::mesh::TriMesh;
@@ -12,6 +12,7 @@ use crate::scene::{LoadedScene, SpringDetailName, mesh_texts, model_list};
 use crate::simulation::{Simulation, audit_of};
 use crate::state::{Archive, Damaged};
 use glam::DVec3;
+use std::time::Duration;
 
 /// Takes frames; knows which springs belong to which cloth.
 #[derive(Clone, Debug)]
@@ -30,6 +31,8 @@ pub struct Capture {
     drawings: Vec<TriMesh>,
     /// Error of the time step (m): not a number before it is known, `None` where nobody asks.
     error: Option<f64>,
+    /// Wall time of all steps, and their number, at the last frame.
+    timed: (Duration, u64),
 }
 
 /// Meshes of so many bytes in all go into the recording: a sequence of 100 bodies of 20,000 triangles.
@@ -58,6 +61,7 @@ impl Capture {
             frames: 0,
             released: model.released(),
             error: (record.error > 0.0).then_some(f64::NAN),
+            timed: (Duration::ZERO, 0),
         };
         // The names of the series depend on what may be found, not on what is.
         let nothing = model.has_contact().then(|| Findings::none(obstacles.len()));
@@ -69,6 +73,7 @@ impl Capture {
             start: None,
             model_list: model_list(&loaded.scene, model),
             facts: Facts::of(loaded, simulation),
+            colors: Colors::Strain,
             strain_range: single(record.strain_range),
             view: record
                 .view
@@ -90,7 +95,7 @@ impl Capture {
                 .zip(&capture.drawings)
                 .map(|(obstacle, drawing)| obstacle_header(obstacle, drawing))
                 .collect(),
-            series: series(simulation, nothing.as_ref(), capture.error)
+            series: series(simulation, nothing.as_ref(), capture.error, 0.0)
                 .into_iter()
                 .map(|(path, label, _)| Series { path, label })
                 .collect(),
@@ -110,6 +115,16 @@ impl Capture {
         self.audit.is_some().then_some(self.audited)
     }
 
+    /// Mean wall time of a step since the last frame (ms); not a number without steps.
+    #[expect(clippy::cast_precision_loss, reason = "fewer than 2⁵³ steps")]
+    fn step_ms(&mut self, simulation: &Simulation) -> f64 {
+        let stats = simulation.stats();
+        let (spent, steps) = std::mem::replace(&mut self.timed, (stats.times.total(), stats.timed));
+        let steps = stats.timed.saturating_sub(steps);
+        let spent = stats.times.total().saturating_sub(spent);
+        1000.0 * spent.as_secs_f64() / steps as f64
+    }
+
     fn look(&mut self, simulation: &Simulation) -> Option<Findings> {
         let cloth = &simulation.state().positions[..simulation.model().cloth_particles()];
         let obstacles = &simulation.model().obstacles;
@@ -127,6 +142,7 @@ impl Capture {
         let state = simulation.state();
         let index = self.frames;
         self.frames += 1;
+        let step_ms = self.step_ms(simulation);
         let findings = self.look(simulation);
         if let Some(findings) = &findings {
             self.audited.add(findings);
@@ -158,7 +174,7 @@ impl Capture {
                 .flat_map(|findings| &findings.marks)
                 .map(|&p| point(p))
                 .collect(),
-            values: series(simulation, findings.as_ref(), self.error)
+            values: series(simulation, findings.as_ref(), self.error, step_ms)
                 .into_iter()
                 .map(|(_, _, value)| value)
                 .collect(),

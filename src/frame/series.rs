@@ -8,6 +8,7 @@ pub(super) fn series(
     simulation: &Simulation,
     findings: Option<&Findings>,
     error: Option<f64>,
+    step_ms: f64,
 ) -> Vec<(String, String, f64)> {
     let stats = simulation.stats();
     let balance = simulation.balance();
@@ -52,6 +53,11 @@ pub(super) fn series(
         "solver/iterations".into(),
         "solver iterations a step".into(),
         f64::from(stats.solve.iterations),
+    );
+    add(
+        "solver/step_time".into(),
+        "wall time of a step (ms)".into(),
+        step_ms,
     );
     if let Some(error) = error {
         let label = "time step, estimated (m)".into();

@@ -7,8 +7,8 @@
 use rerun::blueprint::components as parts;
 use rerun::blueprint::{
     BarChartView, Blueprint, BlueprintActivation, BlueprintPanel, ContainerLike, Horizontal,
-    SelectionPanel, Spatial3DView, Tabs, TextDocumentView, TextLogView, TimePanel, TimeSeriesView,
-    Vertical,
+    SelectionPanel, Spatial2DView, Spatial3DView, Tabs, TextDocumentView, TextLogView, TimePanel,
+    TimeSeriesView, Vertical,
 };
 use rerun::external::re_log_types::{BlueprintActivationCommand, StoreId};
 use rerun::external::re_sdk_types::blueprint::archetypes::{
@@ -20,15 +20,17 @@ use rerun::{Color, EntityPath, RecordingStream, RecordingStreamBuilder, Recordin
 use super::camera::Camera;
 use super::entity::ClothPaths;
 use super::panels::{self, Panel};
-use super::{drawing, entity};
+use super::{drawing, entity, legend};
 use crate::frame::{Frame, Header, SpringDetail};
 
 /// Shares of the cloth and of the column beside it.
 const COLUMNS: [f32; 2] = [1.75, 1.0];
 /// Height of the tabs, of which the text needs most; a plot of two lines has 1.04.
 const TABS_SHARE: f32 = 1.25;
-/// Groups with a plot of their own; the others share one place.
-const MAIN_GROUPS: [&str; 4] = ["energy", "strain", "contact", "error"];
+/// Height of the legend, of the cloth's: its title and a strip.
+const LEGEND_SHARE: f32 = 0.085;
+/// Groups of series that share a place, as tabs where there are several plots; all others are with the text.
+const PLACES: [&[&str]; 3] = [&["energy"], &["strain"], &["contact", "error", "solver"]];
 /// Behind the cloth: dark enough for linen, light enough for the deepest blue and red.
 const BACKGROUND: [u8; 3] = [44, 48, 56];
 
@@ -142,21 +144,37 @@ impl Layout {
             .with_time_panel(time)
     }
 
-    /// The cloth, and behind it its springs.
+    /// The cloth, behind it its springs, and below what their colours mean.
     fn pictures(&mut self, header: &Header) -> ContainerLike {
         let cloth = self.spatial("Cloth", without_springs_of_meshes(header));
-        if !has_springs_of_meshes(header) {
-            return cloth;
+        let picture = if has_springs_of_meshes(header) {
+            let springs = self.spatial("Springs", without_meshes(header));
+            Tabs::new([cloth, springs]).with_active_tab("0").into()
+        } else {
+            cloth
+        };
+        if header.cloths.is_empty() {
+            return picture;
         }
-        let springs = self.spatial("Springs", without_meshes(header));
-        Tabs::new([cloth, springs]).with_active_tab("0").into()
+        let legend = Spatial2DView::new(legend::title(header)).with_origin(entity::LEGEND);
+        Vertical::new([picture, legend.into()])
+            .with_row_shares([1.0, LEGEND_SHARE])
+            .into()
     }
 
-    /// Plots, the histogram, and tabs for what is read rather than watched.
+    /// Plots, the histogram, and tabs for what is read rather than watched. What is of one kind shares a place: in a
+    /// window of 1300 × 800 there is room for five.
     fn figures(&mut self, header: &Header) -> ContainerLike {
-        let (main, others) = split(panels::of(&header.series));
-        let mut rows: Vec<ContainerLike> = main.iter().map(|panel| self.plot(panel)).collect();
-        let mut shares: Vec<f32> = main.iter().map(share).collect();
+        let panels = panels::of(&header.series);
+        let mut rows: Vec<ContainerLike> = Vec::new();
+        let mut shares: Vec<f32> = Vec::new();
+        for groups in PLACES {
+            let own = panels.iter().filter(|panel| groups.contains(&panel.group));
+            let own: Vec<&Panel<'_>> = own.collect();
+            shares.extend(own.first().map(|panel| share(panel)));
+            let views: Vec<ContainerLike> = own.iter().map(|panel| self.plot(panel)).collect();
+            rows.extend(in_one_place(views));
+        }
         if header.cloths.iter().any(|cloth| !cloth.springs.is_empty()) {
             let histogram = BarChartView::new("Springs by strain (%)");
             let view = ContainerLike::from(histogram.with_origin(entity::HISTOGRAM));
@@ -170,7 +188,11 @@ impl Layout {
                 .into(),
             TextLogView::new("Log").with_origin(entity::LOG).into(),
         ];
-        tabs.extend(others.iter().map(|panel| self.plot(panel)));
+        let others = panels.iter().filter(|panel| {
+            let mut placed = PLACES.iter().copied().flatten();
+            !placed.any(|group| *group == panel.group)
+        });
+        tabs.extend(others.map(|panel| self.plot(panel)));
         rows.push(Tabs::new(tabs).into());
         shares.push(TABS_SHARE);
         Vertical::new(rows).with_row_shares(shares).into()
@@ -219,7 +241,7 @@ impl Layout {
 
 /// Height of a plot: more lines need more, for the legend, too.
 fn share(panel: &Panel<'_>) -> f32 {
-    (0.8 + 0.12 * panel.series.len() as f32).min(1.8)
+    (0.8 + 0.16 * panel.series.len() as f32).min(1.9)
 }
 
 /// Where in the blueprint's store a view is.
@@ -229,19 +251,12 @@ fn remember(view: &ContainerLike, paths: &mut Vec<EntityPath>) {
     }
 }
 
-/// The first plot of each main group, and the rest.
-fn split(panels: Vec<Panel<'_>>) -> (Vec<Panel<'_>>, Vec<Panel<'_>>) {
-    let mut main: Vec<Panel<'_>> = Vec::new();
-    let mut others = Vec::new();
-    for panel in panels {
-        let first = !main.iter().any(|other| other.group == panel.group);
-        if first && MAIN_GROUPS.contains(&panel.group) {
-            main.push(panel);
-        } else {
-            others.push(panel);
-        }
+/// Views as tabs, the first in front; alone, or none, as they are.
+fn in_one_place(mut views: Vec<ContainerLike>) -> Option<ContainerLike> {
+    match views.len() {
+        0 | 1 => views.pop(),
+        _ => Some(Tabs::new(views).with_active_tab("0").into()),
     }
-    (main, others)
 }
 
 /// Everything but the springs that a mesh already shows.

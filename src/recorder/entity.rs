@@ -28,6 +28,8 @@ pub(crate) const SCENE: &str = "scene";
 /// The `f64` states.
 pub(crate) const CHECKPOINT: &str = "checkpoint";
 
+/// What the colours mean.
+pub(crate) const LEGEND: &str = "legend";
 /// What a branch started with.
 pub(crate) const START: &str = "start";
 /// The hash of the state in each frame.

@@ -31,6 +31,8 @@ mod file;
 #[cfg(feature = "rerun")]
 mod frame_set;
 #[cfg(feature = "rerun")]
+mod legend;
+#[cfg(feature = "rerun")]
 mod live;
 #[cfg(feature = "rerun")]
 pub(crate) mod normals;

@@ -11,7 +11,7 @@ use rerun::{AnyValues, LineStrips3D, Mesh3D, Points3D, Radius, RecordingStream};
 use rerun::{RecordingStreamResult, Rgba32, SeriesLines, TextDocument, ViewCoordinates};
 
 use super::entity::{self, ClothPaths};
-use super::{checkpoint, color, drawing, normals, panels, properties};
+use super::{checkpoint, color, drawing, legend, normals, panels, properties};
 use crate::frame::{ClothHeader, Header, ObstacleHeader, Series};
 
 /// Component of `/scene` that holds the scene's TOML as it was run, for those who read it back.
@@ -68,6 +68,9 @@ pub(super) fn log(stream: &RecordingStream, header: &Header) -> RecordingStreamR
         let radii = [Radius::new_ui_points(CONTACT_RADIUS)];
         let contacts = Points3D::update_fields().with_radii(radii);
         stream.log_static(entity::body(entity::CONTACTS), &contacts)?;
+    }
+    if !header.cloths.is_empty() {
+        legend::log(stream, header)?;
     }
     log_series(stream, &header.series)
 }
@@ -173,7 +176,7 @@ pub(crate) fn log_series(stream: &RecordingStream, all: &[Series]) -> RecordingS
     for panel in panels::of(all) {
         for (n, series) in panel.series.iter().enumerate() {
             let style = SeriesLines::new()
-                .with_names([series.label.as_str()])
+                .with_names([panels::name(&series.label)])
                 .with_colors([color::SERIES[n % color::SERIES.len()]])
                 .with_widths([1.5]);
             stream.log_static(entity::series(&series.path), &style)?;

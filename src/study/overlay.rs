@@ -4,7 +4,7 @@ use super::front::series;
 use super::sweep::{Error, Row};
 use super::track::Track;
 use super::{Distance, Reference, Setting, StudyError, Subject, digits};
-use crate::frame::{Capture, ClothFrame, ClothHeader, Frame, Header, Series, SpringDetail};
+use crate::frame::{Capture, ClothFrame, ClothHeader, Colors, Frame, Header, Series, SpringDetail};
 use glam::DVec3;
 
 /// Recorded frames in a simulated second.
@@ -98,6 +98,7 @@ fn layered(header: Header, layers: &[Layer], triangles: &[[u32; 3]], range: f64)
         scene: format!("{}-study", header.scene),
         #[expect(clippy::cast_possible_truncation, reason = "a length for colours")]
         strain_range: range as f32,
+        colors: Colors::Distance,
         spring_detail: SpringDetail::Off,
         cloths: layers.iter().map(cloth).collect(),
         series: curves

@@ -3,7 +3,9 @@
 use super::pair::Pair;
 use super::{CompareError, Comparison, flat, for_each_common};
 use crate::frame::SpringDetail;
-use crate::frame::{ClothFrame, ClothHeader, Event, Frame, Header, Level, ObstacleHeader, Series};
+use crate::frame::{
+    ClothFrame, ClothHeader, Colors, Event, Frame, Header, Level, ObstacleHeader, Series,
+};
 use crate::replay::RecordedFrame;
 use crate::study::{Distance, digits};
 use glam::DVec3;
@@ -116,6 +118,7 @@ fn header(pair: &Pair, range: f64) -> Header {
             digits(1000.0 * range)
         ),
         scene_toml: first.toml.clone(),
+        colors: Colors::Distance,
         strain_range: single(range),
         spring_detail: SpringDetail::Off,
         cloths: cloths.collect(),
