@@ -7,107 +7,37 @@
 //! of threads.
 
 use super::color::colors;
-use crate::force::{Hinge, Spring};
+use super::course::{Course, Stages};
+use super::element::{Crease, Element, Link, hinges, springs};
+use super::packed::Links;
+use crate::linear::Chunks;
 use crate::model::Model;
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::Mutex;
 
-/// Particles in a chunk. Their 32 KiB stay in the first-level cache while the constraints inside are
-/// relaxed.
-pub(super) const CHUNK: usize = 1024;
-
-/// A spring.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Link {
-    /// Its particles: number in the chunk, plus [`CHUNK`] times the place of the chunk in the cluster.
-    pub(super) ends: [u32; 2],
-    /// Rest length ℓ₀ (m).
-    pub(super) rest_length: f64,
-    /// 1/k (m/N).
-    pub(super) compliance: f64,
-}
-
-/// A hinge.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Crease {
-    /// Its particles, as those of a [`Link`].
-    pub(super) corners: [u32; 4],
-    /// Rest angle θ₀ (rad).
-    pub(super) rest_angle: f64,
-    /// 1/k (1/(N·m)).
-    pub(super) compliance: f64,
-}
-
-/// A constraint on a few particles.
-pub(super) trait Element: Copy {
-    /// Its particles.
-    fn places(&self) -> &[u32];
-
-    /// The same.
-    fn places_mut(&mut self) -> &mut [u32];
-}
-
-impl Element for Link {
-    fn places(&self) -> &[u32] {
-        &self.ends
-    }
-
-    fn places_mut(&mut self) -> &mut [u32] {
-        &mut self.ends
-    }
-}
-
-impl Element for Crease {
-    fn places(&self) -> &[u32] {
-        &self.corners
-    }
-
-    fn places_mut(&mut self) -> &mut [u32] {
-        &mut self.corners
-    }
-}
-
-/// A cluster's constraints of one kind, sorted by colour.
-#[derive(Debug)]
-pub(super) struct Constraints<E> {
-    pub(super) elements: Vec<E>,
-    /// Damping time τ of each (s); empty where none is damped.
-    pub(super) times: Vec<f64>,
-    /// Lagrange multiplier of each, when a step has several sweeps.
-    pub(super) multipliers: Vec<f64>,
-    /// Where each colour ends.
-    pub(super) ends: Vec<usize>,
-}
-
-impl<E> Default for Constraints<E> {
-    fn default() -> Self {
-        Self {
-            elements: Vec::new(),
-            times: Vec::new(),
-            multipliers: Vec::new(),
-            ends: Vec::new(),
-        }
-    }
-}
-
 /// The constraints with particles in one set of chunks.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(super) struct Cluster {
     /// The chunks, ascending.
     pub(super) chunks: Vec<usize>,
-    pub(super) springs: Constraints<Link>,
-    pub(super) edge_springs: Constraints<Crease>,
-    pub(super) discrete_shells: Constraints<Crease>,
+    pub(super) springs: Links,
+    pub(super) edge_springs: Course<Crease>,
+    pub(super) discrete_shells: Course<Crease>,
+    /// Up to which of its particles each stage and those before it have done all.
+    pub(super) settled: Vec<usize>,
 }
 
 /// The clusters of a model.
 #[derive(Debug)]
 pub(super) struct Plan {
+    pub(super) chunks: Chunks,
     /// Sorted by colour. First those inside of one chunk: one for each, in order, empty or not.
     pub(super) clusters: Vec<Mutex<Cluster>>,
     /// Which clusters have each colour.
     pub(super) phases: Vec<Range<usize>>,
+    /// The particles of each chunk that other clusters than its own move, ascending.
+    pub(super) shared: Vec<Vec<u32>>,
 }
 
 /// Ascending chunks of a cluster's particles, [`NONE`] behind the last.
@@ -115,160 +45,91 @@ type Key = [usize; 4];
 
 const NONE: usize = usize::MAX;
 
+/// A particle of a cluster: the place of its chunk there, and its number in the chunk below.
+const NUMBER: u32 = 28;
+
+/// The place of a cluster's chunk in which a particle is, and its number there.
+#[inline(always)]
+pub(super) fn place(at: u32) -> (usize, usize) {
+    ((at >> NUMBER) as usize, (at & ((1 << NUMBER) - 1)) as usize)
+}
+
+/// Constraints of one cluster, by the model's particles, each with its τ (s).
+#[derive(Default)]
+struct Found {
+    springs: Vec<(Link, f64)>,
+    edge_springs: Vec<(Crease, f64)>,
+    discrete_shells: Vec<(Crease, f64)>,
+}
+
+impl Found {
+    fn particles(&self) -> impl Iterator<Item = &u32> {
+        let links = self.springs.iter().flat_map(|(link, _)| &link.ends);
+        let creases = self.edge_springs.iter().chain(&self.discrete_shells);
+        links.chain(creases.flat_map(|(crease, _)| &crease.corners))
+    }
+}
+
 impl Plan {
     /// Sorts a model's springs and hinges into clusters.
     pub(super) fn of(model: &Model, iterations: u32) -> Self {
-        let chunks = model.particles().div_ceil(CHUNK);
-        let own = |chunk| ([chunk, NONE, NONE, NONE], Cluster::default());
-        let mut found: BTreeMap<Key, Cluster> = (0..chunks).map(own).collect();
-        let keep = iterations > 1;
-        add(&mut found, springs(model), keep, |c| &mut c.springs);
+        let chunks = Chunks::of(model.particles());
+        let own = |chunk| ([chunk, NONE, NONE, NONE], Found::default());
+        let mut found: BTreeMap<Key, Found> = (0..chunks.count()).map(own).collect();
+        for spring in springs(model) {
+            found
+                .entry(key(chunks, &spring.0))
+                .or_default()
+                .springs
+                .push(spring);
+        }
         let [edge_springs, discrete_shells] = hinges(model);
-        add(&mut found, edge_springs, keep, |c| &mut c.edge_springs);
-        add(&mut found, discrete_shells, keep, |c| {
-            &mut c.discrete_shells
-        });
-        let mut clusters: Vec<Cluster> = found
-            .into_iter()
-            .map(|(key, cluster)| Cluster {
-                chunks: key.into_iter().filter(|&chunk| chunk != NONE).collect(),
-                ..cluster
-            })
-            .collect();
+        for hinge in edge_springs {
+            found
+                .entry(key(chunks, &hinge.0))
+                .or_default()
+                .edge_springs
+                .push(hinge);
+        }
+        for hinge in discrete_shells {
+            found
+                .entry(key(chunks, &hinge.0))
+                .or_default()
+                .discrete_shells
+                .push(hinge);
+        }
+        let shared = shared(&found, chunks);
+        let of = |(key, found)| Cluster::of(key, found, chunks, iterations > 1);
+        let mut clusters: Vec<Cluster> = found.into_iter().map(of).collect();
         clusters.sort_by_key(|cluster| cluster.chunks.len());
         let sets: Vec<Vec<u32>> = clusters
             .iter()
             .map(|cluster| cluster.chunks.iter().map(|&chunk| index(chunk)).collect())
             .collect();
-        let colors = colors(chunks, sets.iter().map(Vec::as_slice));
-        let (clusters, ends) = by_color(clusters, &colors);
-        let starts = std::iter::once(0).chain(ends.iter().copied());
+        let colors = colors(chunks.count(), sets.iter().map(Vec::as_slice));
+        let mut colored: Vec<(usize, Cluster)> = colors.into_iter().zip(clusters).collect();
+        colored.sort_by_key(|(color, _)| *color);
+        let mut start = 0;
+        let phase = |clusters: &[(usize, Cluster)]| {
+            let end = start + clusters.len();
+            std::mem::replace(&mut start, end)..end
+        };
         Self {
-            clusters: clusters.into_iter().map(Mutex::new).collect(),
-            phases: starts.zip(&ends).map(|(start, &end)| start..end).collect(),
+            chunks,
+            phases: colored.chunk_by(|a, b| a.0 == b.0).map(phase).collect(),
+            clusters: colored
+                .into_iter()
+                .map(|(_, cluster)| Mutex::new(cluster))
+                .collect(),
+            shared,
         }
     }
 }
 
-/// Sorts items by their colours; also says where each colour ends.
-fn by_color<T>(items: Vec<T>, colors: &[usize]) -> (Vec<T>, Vec<usize>) {
-    let mut ends = vec![0; colors.iter().max().map_or(0, |most| most + 1)];
-    for &color in colors {
-        ends[color] += 1;
-    }
-    for color in 1..ends.len() {
-        ends[color] += ends[color - 1];
-    }
-    let mut colored: Vec<(usize, T)> = colors.iter().copied().zip(items).collect();
-    colored.sort_by_key(|(color, _)| *color);
-    (colored.into_iter().map(|(_, item)| item).collect(), ends)
-}
-
-/// The springs that have a free end, with τ (s).
-fn springs(model: &Model) -> Vec<(Link, f64)> {
-    let mut links = Vec::new();
-    for batch in &model.springs {
-        let damping = model
-            .spring_damping
-            .iter()
-            .find(|damping| damping.springs.family == batch.family);
-        let damped = damping.map_or((&[][..], &[][..]), |damping| {
-            (&damping.springs.springs[..], &damping.times[..])
-        });
-        let times = times(batch.springs.iter(), damped);
-        for (&spring, time) in batch.springs.iter().zip(times) {
-            let Spring {
-                ends,
-                rest_length,
-                stiffness,
-            } = spring;
-            let link = Link {
-                ends,
-                rest_length,
-                compliance: 1.0 / stiffness,
-            };
-            links.push((link, time));
-        }
-    }
-    links.retain(|(link, _)| is_free(model, link));
-    links
-}
-
-/// The hinges that have a free corner, with τ (s): edge springs and discrete shells.
-fn hinges(model: &Model) -> [Vec<(Crease, f64)>; 2] {
-    let damped = model
-        .hinge_damping
-        .as_ref()
-        .map_or((&[][..], &[][..]), |damping| {
-            (&damping.hinges[..], &damping.times[..])
-        });
-    let creases = model
-        .hinges()
-        .zip(times(model.hinges(), damped))
-        .map(|(hinge, time)| {
-            let &Hinge {
-                corners,
-                rest_angle,
-                stiffness,
-            } = hinge;
-            let crease = Crease {
-                corners,
-                rest_angle,
-                compliance: 1.0 / stiffness,
-            };
-            (crease, time)
-        });
-    let mut edge_springs: Vec<_> = creases.collect();
-    let count = |hinges: Option<usize>| hinges.unwrap_or_default();
-    let bounds = count(model.edge_springs.as_ref().map(|batch| batch.hinges.len()));
-    let mut discrete_shells = edge_springs.split_off(bounds);
-    // A clamp's hinge has no stiffness before or after it holds.
-    let acts = |crease: &Crease| crease.compliance.is_finite() && is_free(model, crease);
-    edge_springs.retain(|(crease, _)| acts(crease));
-    discrete_shells.retain(|(crease, _)| acts(crease));
-    [edge_springs, discrete_shells]
-}
-
-/// τ of each element (s). The damped ones are listed in the same order, all or some of them.
-fn times<'a, T: PartialEq + 'a>(
-    elements: impl Iterator<Item = &'a T>,
-    (damped, times): (&'a [T], &'a [f64]),
-) -> Vec<f64> {
-    let mut damped = damped.iter().zip(times).peekable();
-    let time = |element: &T| {
-        damped
-            .next_if(|(other, _)| *other == element)
-            .map_or(0.0, |(_, &time)| time)
-    };
-    let found = elements.map(time).collect();
-    debug_assert!(damped.next().is_none(), "a damper without its element");
-    found
-}
-
-fn is_free(model: &Model, element: &impl Element) -> bool {
-    let mut places = element.places().iter();
-    places.any(|&place| !model.is_pinned(place as usize))
-}
-
-/// Sorts constraints into their clusters.
-fn add<E: Element>(
-    clusters: &mut BTreeMap<Key, Cluster>,
-    mut elements: Vec<(E, f64)>,
-    keep: bool,
-    list: impl Fn(&mut Cluster) -> &mut Constraints<E>,
-) {
-    elements.sort_by_key(|(element, _)| key(element));
-    for group in elements.chunk_by(|a, b| key(&a.0) == key(&b.0)) {
-        let key = key(&group[0].0);
-        let cluster = clusters.entry(key).or_default();
-        *list(cluster) = Constraints::of(group, key, keep);
-    }
-}
-
-fn key(element: &impl Element) -> Key {
+fn key(chunks: Chunks, element: &impl Element) -> Key {
     let mut key = [NONE; 4];
-    for (slot, &place) in key.iter_mut().zip(element.places()) {
-        *slot = place as usize / CHUNK;
+    for (slot, &particle) in key.iter_mut().zip(element.places()) {
+        *slot = chunks.at(particle as usize);
     }
     key.sort_unstable();
     let mut last = NONE;
@@ -283,29 +144,84 @@ fn key(element: &impl Element) -> Key {
     key
 }
 
-impl<E: Element> Constraints<E> {
-    /// Those of one cluster, given by the model's particles. `keep`: whether multipliers are kept.
-    fn of(group: &[(E, f64)], key: Key, keep: bool) -> Self {
-        let mut group = group.to_vec();
-        for place in group
-            .iter_mut()
-            .flat_map(|(element, _)| element.places_mut())
-        {
-            let chunk = *place as usize / CHUNK;
-            let slot = key.iter().take_while(|&&other| other != chunk).count();
-            *place = index(slot * CHUNK + *place as usize % CHUNK);
+impl Cluster {
+    fn of(key: Key, found: Found, chunks: Chunks, keep: bool) -> Self {
+        let own: Vec<usize> = key.into_iter().filter(|&chunk| chunk != NONE).collect();
+        let mut stages = match own[..] {
+            [chunk] => Stages::of(chunks.range(chunk).len()),
+            _ => Stages::one(),
+        };
+        let springs = course(found.springs, &own, chunks, &mut stages, keep);
+        let edge_springs = course(found.edge_springs, &own, chunks, &mut stages, keep);
+        let discrete_shells = course(found.discrete_shells, &own, chunks, &mut stages, keep);
+        let lowest = springs.lowest().zip(edge_springs.lowest());
+        let lowest = lowest.zip(discrete_shells.lowest());
+        let mut settled: Vec<usize> = lowest.map(|((a, b), c)| a.min(b).min(c)).collect();
+        let mut least = usize::MAX;
+        for settled in settled.iter_mut().rev() {
+            least = least.min(std::mem::replace(settled, least));
         }
-        let colors = colors(4 * CHUNK, group.iter().map(|(element, _)| element.places()));
-        let (group, ends) = by_color(group, &colors);
-        let damped = group.iter().any(|(_, time)| *time > 0.0);
-        let times = group.iter().map(|(_, time)| *time);
         Self {
-            times: if damped { times.collect() } else { Vec::new() },
-            multipliers: vec![0.0; if keep { group.len() } else { 0 }],
-            elements: group.into_iter().map(|(element, _)| element).collect(),
-            ends,
+            chunks: own,
+            springs: Links::of(springs),
+            edge_springs,
+            discrete_shells,
+            settled,
         }
     }
+}
+
+/// The constraints of one kind in a cluster of some chunks, in order.
+fn course<E: Element>(
+    mut constraints: Vec<(E, f64)>,
+    own: &[usize],
+    chunks: Chunks,
+    stages: &mut Stages,
+    keep: bool,
+) -> Course<E> {
+    let places = |constraints: &[(E, f64)]| -> Vec<u32> {
+        let places = constraints.iter().flat_map(|(element, _)| element.places());
+        places.copied().collect()
+    };
+    let mut all = places(&constraints);
+    all.sort_unstable();
+    all.dedup();
+    let mut ranked = constraints.clone();
+    let ranked_places = ranked
+        .iter_mut()
+        .flat_map(|(element, _)| element.places_mut());
+    for place in ranked_places {
+        *place = index(all.partition_point(|other| other < place));
+    }
+    let colors = colors(
+        all.len(),
+        ranked.iter().map(|(element, _)| element.places()),
+    );
+    let moved = constraints
+        .iter_mut()
+        .flat_map(|(element, _)| element.places_mut());
+    for place in moved {
+        let chunk = chunks.at(*place as usize);
+        let slot = own.iter().take_while(|&&other| other != chunk).count();
+        *place = (index(slot) << NUMBER) | index(*place as usize - chunks.range(chunk).start);
+    }
+    Course::of(&constraints, &colors, stages, keep)
+}
+
+/// The particles of each chunk that clusters of several chunks move, by their numbers there.
+fn shared(found: &BTreeMap<Key, Found>, chunks: Chunks) -> Vec<Vec<u32>> {
+    let mut shared = vec![Vec::new(); chunks.count()];
+    let several = found.iter().filter(|(key, _)| key[1] != NONE);
+    for &particle in several.flat_map(|(_, found)| found.particles()) {
+        let chunk = chunks.at(particle as usize);
+        shared[chunk].push(particle - index(chunks.range(chunk).start));
+    }
+    for list in &mut shared {
+        list.sort_unstable();
+        list.dedup();
+        list.shrink_to_fit();
+    }
+    shared
 }
 
 /// Particles are numbered by `u32` throughout.
@@ -364,48 +280,77 @@ mod tests {
         model
     }
 
-    /// The constraints of a cluster by the model's particles; checks that a colour shares none.
-    fn unpacked<E: Element>(cluster: &Cluster, constraints: &Constraints<E>) -> Vec<Vec<u32>> {
-        let mut start = 0;
+    /// The constraints of a cluster by the model's particles, from the runs of one list; checks that a
+    /// run shares none, and that a stage leaves alone what those before it have settled.
+    fn unpacked<P: Copy, E: Element, F: Fn(P) -> E>(
+        cluster: &Cluster,
+        chunks: Chunks,
+        course: &Course<P>,
+        unpack: impl Fn(usize) -> F,
+    ) -> Vec<Vec<u32>> {
         let mut all = Vec::new();
-        for &end in &constraints.ends {
-            let mut seen = BTreeSet::new();
-            for element in &constraints.elements[start..end] {
-                assert!(element.places().iter().all(|&place| seen.insert(place)));
-                let particle = |&place: &u32| {
-                    let chunk = cluster.chunks[place as usize / CHUNK];
-                    index(chunk * CHUNK + place as usize % CHUNK)
-                };
-                all.push(element.places().iter().map(particle).collect());
+        let mut settled = 0;
+        for (stage, &next) in cluster.settled.iter().enumerate() {
+            let unpack = unpack(stage);
+            for run in course.runs(stage) {
+                let mut seen = BTreeSet::new();
+                for &packed in &course.elements[run] {
+                    let element = unpack(packed);
+                    let particle = |&at: &u32| {
+                        let (slot, number) = place(at);
+                        assert!(number >= settled);
+                        index(chunks.range(cluster.chunks[slot]).start + number)
+                    };
+                    let particles: Vec<u32> = element.places().iter().map(particle).collect();
+                    assert!(particles.iter().all(|&particle| seen.insert(particle)));
+                    all.push(particles);
+                }
             }
-            start = end;
+            settled = next;
         }
-        assert_eq!(start, constraints.elements.len());
         all
     }
 
     #[test]
-    fn every_constraint_is_in_one_cluster_and_no_color_shares_a_particle() {
+    fn every_constraint_is_in_one_cluster_and_no_run_shares_a_particle() {
         for scattered in [false, true] {
             let model = model(scattered);
-            let plan = Plan::of(&model, 1);
-            let chunks = model.particles().div_ceil(CHUNK);
-            assert_eq!(plan.phases[0], 0..chunks);
-            let clusters: Vec<Cluster> = plan
-                .clusters
-                .into_iter()
-                .map(|cluster| cluster.into_inner().unwrap())
-                .collect();
+            let Plan {
+                chunks,
+                clusters,
+                phases,
+                shared,
+            } = Plan::of(&model, 1);
+            assert_eq!(phases[0], 0..chunks.count());
+            let clusters = clusters.into_iter().map(Mutex::into_inner);
+            let clusters: Vec<Cluster> = clusters.collect::<Result<_, _>>().unwrap();
             let mut found = Vec::new();
             let mut next = 0;
-            for phase in plan.phases {
+            for phase in phases {
                 assert_eq!(phase.start, next);
                 next = phase.end;
                 let mut seen = BTreeSet::new();
                 for cluster in &clusters[phase] {
                     assert!(cluster.chunks.iter().all(|&chunk| seen.insert(chunk)));
-                    found.extend(unpacked(cluster, &cluster.springs));
-                    found.extend(unpacked(cluster, &cluster.edge_springs));
+                    let before = found.len();
+                    match &cluster.springs {
+                        Links::Packed(packed) => {
+                            let links = &packed.course;
+                            found.extend(unpacked(cluster, chunks, links, |s| packed.links.at(s)));
+                        }
+                        Links::Whole(course) => {
+                            found.extend(unpacked(cluster, chunks, course, |_| |link| link));
+                        }
+                    }
+                    let creases = &cluster.edge_springs;
+                    found.extend(unpacked(cluster, chunks, creases, |_| |crease| crease));
+                    if cluster.chunks.len() > 1 {
+                        for &particle in found[before..].iter().flatten() {
+                            let chunk = chunks.at(particle as usize);
+                            let number = particle - index(chunks.range(chunk).start);
+                            assert!(shared[chunk].contains(&number));
+                        }
+                    }
                 }
             }
             assert_eq!(next, clusters.len());
@@ -418,19 +363,5 @@ mod tests {
             found.sort();
             assert!(expected.len() > 10_000 && found == expected);
         }
-    }
-
-    #[test]
-    fn dampers_find_their_elements() {
-        let all = ["a", "b", "b", "c"];
-        assert_eq!(
-            times(all.iter(), (&["b", "c"], &[1.0, 2.0])),
-            [0.0, 1.0, 0.0, 2.0]
-        );
-        assert_eq!(
-            times(all.iter(), (&all, &[1.0, 0.0, 3.0, 4.0])),
-            [1.0, 0.0, 3.0, 4.0]
-        );
-        assert_eq!(times(all.iter(), (&[], &[])), [0.0; 4]);
     }
 }

@@ -9,6 +9,9 @@
 
 mod cluster;
 mod color;
+mod course;
+mod element;
+mod packed;
 mod relax;
 
 use super::Scheme;
@@ -17,10 +20,12 @@ use crate::linear::Solve;
 use crate::linear::team::{self, Member};
 use crate::model::Model;
 use crate::state::State;
-use cluster::{CHUNK, Plan};
+use cluster::{Cluster, Plan};
+use course::TILE;
 use glam::DVec3;
-use relax::{Pace, Part, Particle, Patch, relax};
+use relax::{Pace, Part, Patch, relax};
 use std::array;
+use std::ops::Range;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// The scheme's constraints and work array.
@@ -29,23 +34,16 @@ pub(super) struct Xpbd {
     iterations: u32,
     /// Releases of pins that the constraints know of.
     released: usize,
-    /// The particles in the middle of a step, filled up to whole chunks.
-    particles: Vec<Particle>,
-    /// The pinned ones.
+    /// The pinned particles.
     pinned: Vec<usize>,
     plan: Plan,
 }
 
 impl Xpbd {
     pub(super) fn new(model: &Model, iterations: u32) -> Self {
-        let mut particles = vec![Particle::default(); model.particles().next_multiple_of(CHUNK)];
-        for (particle, &w) in particles.iter_mut().zip(&model.inverse_masses) {
-            particle.w = w;
-        }
         Self {
             iterations,
             released: model.released(),
-            particles,
             pinned: (0..model.particles())
                 .filter(|&i| model.is_pinned(i))
                 .collect(),
@@ -78,17 +76,14 @@ impl Scheme for Xpbd {
         state.time = before.time;
         model.aim(dt, state);
         for &i in &self.pinned {
-            self.particles[i].x = state.positions[i] + state.velocities[i] * dt;
+            state.positions[i] += state.velocities[i] * dt;
         }
-        let lanes: Vec<Mutex<Lane<'_>>> = self
-            .particles
-            .as_chunks_mut::<CHUNK>()
-            .0
-            .iter_mut()
-            .zip(state.positions.chunks_mut(CHUNK))
-            .zip(state.velocities.chunks_mut(CHUNK))
-            .map(|((now, x), v)| Mutex::new(Lane { now, x, v }))
-            .collect();
+        let size = self.plan.chunks.size();
+        let positions = state.positions.chunks_mut(size);
+        let lanes = positions
+            .zip(state.velocities.chunks_mut(size))
+            .map(|(x, v)| Mutex::new(Lane { x, v }));
+        let lanes: Vec<Mutex<Lane<'_>>> = lanes.collect();
         let threads = rayon::current_num_threads().min(lanes.len());
         let step = Step {
             plan: &self.plan,
@@ -105,7 +100,6 @@ impl Scheme for Xpbd {
 
 /// One chunk of particles.
 struct Lane<'a> {
-    now: &'a mut [Particle; CHUNK],
     x: &'a mut [DVec3],
     v: &'a mut [DVec3],
 }
@@ -131,19 +125,47 @@ impl<'a> Step<'a> {
                 per_dt_squared: per_dt * per_dt,
                 first: sweep == 0,
             };
+            let last = sweep + 1 == self.iterations;
             for (color, phase) in self.plan.phases.iter().enumerate() {
                 for number in member.share(phase.len()) {
                     // The first colour has the clusters inside of each chunk, in order.
-                    if color == 0 && sweep == 0 {
-                        self.predict(number);
+                    if color == 0 {
+                        self.sweep(number, pace, last);
+                    } else {
+                        self.relax(phase.start + number, pace);
                     }
-                    self.relax(phase.start + number, pace);
                 }
                 member.wait();
             }
         }
         for chunk in member.share(self.lanes.len()) {
-            self.finish(chunk);
+            let mut lane = self.lane(chunk);
+            for &i in &self.plan.shared[chunk] {
+                self.finish(chunk, &mut lane, i as usize..i as usize + 1);
+            }
+        }
+    }
+
+    /// Relaxes the constraints inside of a chunk; what comes before the first sweep and after the
+    /// last is done along the way.
+    fn sweep(&self, chunk: usize, pace: Pace, last: bool) {
+        let mut cluster = self.cluster(chunk);
+        let mut lane = self.lane(chunk);
+        let all = lane.x.len();
+        let mut done = 0;
+        for stage in 0..cluster.settled.len() {
+            if pace.first {
+                self.predict(chunk, lane.x, stage * TILE..all.min((stage + 1) * TILE));
+            }
+            let part = self.part(chunk, lane.x);
+            relax(&mut cluster, stage, &mut Patch([part]), pace);
+            if last {
+                let settled = cluster.settled[stage]
+                    .min((stage + 1) * TILE)
+                    .clamp(done, all);
+                self.finish(chunk, &mut lane, done..settled);
+                done = settled;
+            }
         }
     }
 
@@ -153,37 +175,50 @@ impl<'a> Step<'a> {
             .unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Where the free particles of a chunk go without constraints.
-    fn predict(&self, chunk: usize) {
+    fn cluster(&self, cluster: usize) -> MutexGuard<'a, Cluster> {
+        self.plan.clusters[cluster]
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Where some free particles of a chunk go without constraints.
+    fn predict(&self, chunk: usize, x: &mut [DVec3], range: Range<usize>) {
         let Self {
             model, before, dt, ..
         } = self;
-        let mut lane = self.lane(chunk);
-        let now = &mut lane.now;
-        let first = chunk * CHUNK;
-        let particles = before.positions[first..]
-            .iter()
-            .zip(&before.velocities[first..]);
+        let first = self.plan.chunks.range(chunk).start;
+        let all = first + range.start..first + range.end;
         let gain = model.gravity.acceleration * *dt;
         let drag = model.mass_damping.as_ref();
-        let drag = drag.map(|damping| &damping.drag[chunk * CHUNK..]);
-        for (i, (now, (x, v))) in now.iter_mut().zip(particles).enumerate() {
-            if now.w > 0.0 {
-                let mut velocity = *v + gain;
+        let drag = drag.map(|damping| &damping.drag[all.clone()]);
+        let weights = &model.inverse_masses[all.clone()];
+        let start = &before.positions[all.clone()];
+        let velocities = &before.velocities[all];
+        let x = &mut x[range];
+        for i in 0..x.len() {
+            if weights[i] > 0.0 {
+                let mut velocity = velocities[i] + gain;
                 if let Some(drag) = drag {
-                    velocity /= 1.0 + dt * drag[i] * now.w;
+                    velocity /= 1.0 + dt * drag[i] * weights[i];
                 }
-                now.x = *x + velocity * *dt;
+                x[i] = start[i] + velocity * *dt;
             }
         }
     }
 
+    /// A chunk at its positions.
+    fn part<'b>(&'b self, chunk: usize, x: &'b mut [DVec3]) -> Part<'b> {
+        let range = self.plan.chunks.range(chunk);
+        Part {
+            x,
+            w: &self.model.inverse_masses[range.clone()],
+            start: &self.before.positions[range],
+        }
+    }
+
     fn relax(&self, cluster: usize, pace: Pace) {
-        let mut cluster = self.plan.clusters[cluster]
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner);
+        let mut cluster = self.cluster(cluster);
         match cluster.chunks.len() {
-            1 => self.relax_in::<1>(&mut cluster, pace),
             2 => self.relax_in::<2>(&mut cluster, pace),
             3 => self.relax_in::<3>(&mut cluster, pace),
             _ => self.relax_in::<4>(&mut cluster, pace),
@@ -191,32 +226,24 @@ impl<'a> Step<'a> {
     }
 
     /// Relaxes a cluster of `N` chunks.
-    fn relax_in<const N: usize>(&self, cluster: &mut cluster::Cluster, pace: Pace) {
+    fn relax_in<const N: usize>(&self, cluster: &mut Cluster, pace: Pace) {
         let mut lanes: [_; N] = array::from_fn(|slot| self.lane(cluster.chunks[slot]));
-        let mut parts = lanes.each_mut().map(|lane| {
-            let lane = &mut **lane;
-            Part {
-                now: lane.now,
-                start: &[],
-            }
+        let mut slots = 0..N;
+        let parts = lanes.each_mut().map(|lane| {
+            let chunk = cluster.chunks[slots.next().unwrap_or_default()];
+            self.part(chunk, lane.x)
         });
-        for (part, &chunk) in parts.iter_mut().zip(&cluster.chunks) {
-            part.start = &self.before.positions[chunk * CHUNK..];
-        }
-        relax(cluster, &mut Patch(parts), pace);
+        relax(cluster, 0, &mut Patch(parts), pace);
     }
 
-    /// Takes a chunk's positions, and the velocities from them.
-    fn finish(&self, chunk: usize) {
+    /// Takes the velocities of some of a chunk's particles from their positions.
+    fn finish(&self, chunk: usize, lane: &mut Lane<'_>, range: Range<usize>) {
         let per_dt = self.dt.recip();
-        let mut lane = self.lane(chunk);
-        let Lane { now, x, v } = &mut *lane;
-        let before = &self.before.positions[chunk * CHUNK..];
-        for i in 0..x.len() {
-            if now[i].w > 0.0 {
-                v[i] = (now[i].x - before[i]) * per_dt;
+        let Part { x, w, start } = self.part(chunk, lane.x);
+        for i in range {
+            if w[i] > 0.0 {
+                lane.v[i] = (x[i] - start[i]) * per_dt;
             }
-            x[i] = now[i].x;
         }
     }
 }

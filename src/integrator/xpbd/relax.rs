@@ -7,23 +7,19 @@
 //!
 //! Their β̃ = dt² β with the damping β = τ/α gives γ = α̃ β̃/dt = τ/dt.
 
-use super::cluster::{CHUNK, Cluster, Constraints, Crease, Link};
+use super::cluster::{Cluster, place};
+use super::course::Course;
+use super::element::{Crease, Link};
+use super::packed::Links;
 use crate::force::{BendingLaw, Dihedral, DiscreteShell, EdgeSpring};
 use glam::DVec3;
 
-/// A particle in the middle of a step. Two of them fill a cache line.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[repr(align(32))]
-pub(super) struct Particle {
-    /// Position (m).
-    pub(super) x: DVec3,
-    /// Inverse mass (1/kg), 0 when pinned.
-    pub(super) w: f64,
-}
-
 /// A chunk of particles as its cluster sees it.
 pub(super) struct Part<'a> {
-    pub(super) now: &'a mut [Particle; CHUNK],
+    /// Positions (m).
+    pub(super) x: &'a mut [DVec3],
+    /// Inverse masses (1/kg), 0 when pinned.
+    pub(super) w: &'a [f64],
     /// Positions at the start of the step (m).
     pub(super) start: &'a [DVec3],
 }
@@ -43,70 +39,87 @@ pub(super) struct Pace {
 pub(super) struct Patch<'a, const N: usize>(pub(super) [Part<'a>; N]);
 
 impl<const N: usize> Patch<'_, N> {
+    /// The chunk in which a particle is, and its number there.
     #[inline(always)]
-    fn at(&self, place: u32) -> &Particle {
-        &self.0[place as usize / CHUNK].now[place as usize % CHUNK]
+    fn place(at: u32) -> (usize, usize) {
+        if N == 1 { (0, at as usize) } else { place(at) }
+    }
+
+    /// Position (m) and inverse mass (1/kg) of a particle.
+    #[inline(always)]
+    fn at(&self, at: u32) -> (DVec3, f64) {
+        let (slot, number) = Self::place(at);
+        let part = &self.0[slot];
+        (part.x[number], part.w[number])
     }
 
     #[inline(always)]
-    fn shift(&mut self, place: u32, by: DVec3) {
-        self.0[place as usize / CHUNK].now[place as usize % CHUNK].x += by;
+    fn shift(&mut self, at: u32, by: DVec3) {
+        let (slot, number) = Self::place(at);
+        self.0[slot].x[number] += by;
     }
 
     /// The way that a particle has gone since the start of the step (m).
     #[inline(always)]
-    fn gone(&self, place: u32) -> DVec3 {
-        let part = &self.0[place as usize / CHUNK];
-        part.now[place as usize % CHUNK].x - part.start[place as usize % CHUNK]
+    fn gone(&self, at: u32) -> DVec3 {
+        let (slot, number) = Self::place(at);
+        let part = &self.0[slot];
+        part.x[number] - part.start[number]
     }
 }
 
-/// Relaxes each constraint of a cluster once.
-pub(super) fn relax<const N: usize>(cluster: &mut Cluster, patch: &mut Patch<'_, N>, pace: Pace) {
-    let Cluster {
-        springs,
-        edge_springs,
-        discrete_shells,
-        ..
-    } = cluster;
-    if springs.times.is_empty() && springs.multipliers.is_empty() {
-        relax_plain_springs(springs, patch, pace);
-    } else {
-        relax_springs(springs, patch, pace);
+/// Relaxes each constraint of one stage of a cluster once.
+pub(super) fn relax<const N: usize>(
+    cluster: &mut Cluster,
+    stage: usize,
+    patch: &mut Patch<'_, N>,
+    pace: Pace,
+) {
+    match &mut cluster.springs {
+        Links::Packed(packed) => {
+            let link = packed.links.at(stage);
+            relax_springs(&mut packed.course, stage, link, patch, pace);
+        }
+        Links::Whole(course) => relax_springs(course, stage, |link| link, patch, pace),
     }
-    relax_hinges::<EdgeSpring, N>(edge_springs, patch, pace);
-    relax_hinges::<DiscreteShell, N>(discrete_shells, patch, pace);
+    relax_hinges::<EdgeSpring, N>(&mut cluster.edge_springs, stage, patch, pace);
+    relax_hinges::<DiscreteShell, N>(&mut cluster.discrete_shells, stage, patch, pace);
 }
 
 /// Springs that are relaxed together: their square roots and divisions share instructions.
 const LANES: usize = 4;
 
-/// Springs without damping, in a step of one sweep: λ = 0.
-fn relax_plain_springs<const N: usize>(
-    springs: &Constraints<Link>,
+/// The springs of a stage; `link` unpacks one.
+fn relax_springs<P: Copy, const N: usize>(
+    springs: &mut Course<P>,
+    stage: usize,
+    link: impl Fn(P) -> Link,
     patch: &mut Patch<'_, N>,
     pace: Pace,
 ) {
-    let mut start = 0;
-    for &end in &springs.ends {
-        let (lanes, rest) = springs.elements[start..end].as_chunks::<LANES>();
-        for links in lanes {
-            relax_lanes(links, patch, pace);
+    if springs.times.is_empty() && springs.multipliers.is_empty() {
+        for run in springs.runs(stage) {
+            let (lanes, rest) = springs.elements[run].as_chunks::<LANES>();
+            for links in lanes {
+                relax_lanes(links, &link, patch, pace);
+            }
+            for &one in rest {
+                relax_lanes(&[one], &link, patch, pace);
+            }
         }
-        for &link in rest {
-            relax_lanes(&[link], patch, pace);
-        }
-        start = end;
+    } else {
+        relax_in_turn(springs, stage, link, patch, pace);
     }
 }
 
 /// Stands for a denominator of zero (m/kg): at zero length the step is then 0 times something finite.
 const TINY: f64 = 1e-150;
 
-/// Springs that share no particle.
+/// Springs that share no particle, without damping, in a step of one sweep: λ = 0.
 #[inline(always)]
-fn relax_lanes<const L: usize, const N: usize>(
-    links: &[Link; L],
+fn relax_lanes<P: Copy, const L: usize, const N: usize>(
+    links: &[P; L],
+    link: impl Fn(P) -> Link,
     patch: &mut Patch<'_, N>,
     pace: Pace,
 ) {
@@ -114,19 +127,20 @@ fn relax_lanes<const L: usize, const N: usize>(
     let (mut spans, mut weights) = ([DVec3::ZERO; L], [[0.0; 2]; L]);
     let (mut squares, mut shares) = ([0.0; L], [0.0; L]);
     for k in 0..L {
-        let [a, b] = links[k].ends;
-        let (a, b) = (patch.at(a), patch.at(b));
-        spans[k] = b.x - a.x;
+        let [a, b] = link(links[k]).ends;
+        let ((a, v), (b, w)) = (patch.at(a), patch.at(b));
+        spans[k] = b - a;
         squares[k] = spans[k].length_squared();
-        weights[k] = [a.w, b.w];
+        weights[k] = [v, w];
     }
     for k in 0..L {
         let length = squares[k].sqrt();
-        let softness = weights[k][0] + weights[k][1] + links[k].compliance * pace.per_dt_squared;
-        shares[k] = (length - links[k].rest_length) / at_least(length * softness, TINY);
+        let link = link(links[k]);
+        let softness = weights[k][0] + weights[k][1] + link.compliance * pace.per_dt_squared;
+        shares[k] = (length - link.rest_length) / at_least(length * softness, TINY);
     }
     for k in 0..L {
-        let [a, b] = links[k].ends;
+        let [a, b] = link(links[k]).ends;
         patch.shift(a, spans[k] * (shares[k] * weights[k][0]));
         patch.shift(b, spans[k] * (-shares[k] * weights[k][1]));
     }
@@ -139,24 +153,28 @@ fn at_least(x: f64, least: f64) -> f64 {
 }
 
 /// Springs with damping, or in a step of several sweeps.
-fn relax_springs<const N: usize>(
-    springs: &mut Constraints<Link>,
+fn relax_in_turn<P: Copy, const N: usize>(
+    springs: &mut Course<P>,
+    stage: usize,
+    link: impl Fn(P) -> Link,
     patch: &mut Patch<'_, N>,
     pace: Pace,
 ) {
-    let Constraints {
+    let stage = springs.of_stage(stage);
+    if pace.first && !springs.multipliers.is_empty() {
+        springs.multipliers[stage.clone()].fill(0.0);
+    }
+    let Course {
         elements,
         times,
         multipliers,
         ..
     } = springs;
-    if pace.first {
-        multipliers.fill(0.0);
-    }
-    for (k, link) in elements.iter().enumerate() {
+    for k in stage {
+        let link = link(elements[k]);
         let [i, j] = link.ends;
-        let (a, b) = (*patch.at(i), *patch.at(j));
-        let span = b.x - a.x;
+        let ((a, v), (b, w)) = (patch.at(i), patch.at(j));
+        let span = b - a;
         let length = span.length();
         if length == 0.0 {
             continue;
@@ -164,7 +182,7 @@ fn relax_springs<const N: usize>(
         let direction = span / length;
         let mut off = length - link.rest_length;
         let compliance = link.compliance * pace.per_dt_squared;
-        let mut weight = a.w + b.w;
+        let mut weight = v + w;
         if let Some(time) = times.get(k) {
             let damping = time * pace.per_dt;
             off += damping * direction.dot(patch.gone(j) - patch.gone(i));
@@ -177,8 +195,8 @@ fn relax_springs<const N: usize>(
         if let Some(multiplier) = multipliers.get_mut(k) {
             *multiplier += gain;
         }
-        patch.shift(i, direction * (-gain * a.w));
-        patch.shift(j, direction * (gain * b.w));
+        patch.shift(i, direction * (-gain * v));
+        patch.shift(j, direction * (gain * w));
     }
 }
 
@@ -187,22 +205,25 @@ fn relax_springs<const N: usize>(
 ///
 /// Δμ = (−C C′ − α̃ μ − γ ∇θ·(x − x₀)) / ((C′² + γ) Σ w |∇θ|² + α̃),   Δxᵢ = wᵢ ∇ᵢθ Δμ.
 fn relax_hinges<L: BendingLaw, const N: usize>(
-    hinges: &mut Constraints<Crease>,
+    hinges: &mut Course<Crease>,
+    stage: usize,
     patch: &mut Patch<'_, N>,
     pace: Pace,
 ) {
-    let Constraints {
+    let stage = hinges.of_stage(stage);
+    if pace.first && !hinges.multipliers.is_empty() {
+        hinges.multipliers[stage.clone()].fill(0.0);
+    }
+    let Course {
         elements,
         times,
         multipliers,
         ..
     } = hinges;
-    if pace.first {
-        multipliers.fill(0.0);
-    }
-    for (k, crease) in elements.iter().enumerate() {
-        let corners = crease.corners.map(|corner| *patch.at(corner));
-        let Dihedral { fold, gradient } = Dihedral::of(corners.map(|corner| corner.x));
+    for k in stage {
+        let crease = &elements[k];
+        let corners = crease.corners.map(|corner| patch.at(corner));
+        let Dihedral { fold, gradient } = Dihedral::of(corners.map(|(x, _)| x));
         let [c, slope] = L::constraint(fold, crease.rest_angle);
         let compliance = crease.compliance * pace.per_dt_squared;
         let (mut off, mut square) = (c * slope, slope * slope);
@@ -217,13 +238,13 @@ fn relax_hinges<L: BendingLaw, const N: usize>(
             off += compliance * multiplier;
         }
         let weights = gradient.iter().zip(&corners);
-        let weight: f64 = weights.map(|(g, p)| p.w * g.length_squared()).sum();
+        let weight: f64 = weights.map(|(g, (_, w))| w * g.length_squared()).sum();
         let gain = -off / (square * weight + compliance);
         if let Some(multiplier) = multipliers.get_mut(k) {
             *multiplier += gain;
         }
-        for ((corner, g), particle) in crease.corners.into_iter().zip(gradient).zip(corners) {
-            patch.shift(corner, g * (gain * particle.w));
+        for ((corner, g), (_, w)) in crease.corners.into_iter().zip(gradient).zip(corners) {
+            patch.shift(corner, g * (gain * w));
         }
     }
 }
