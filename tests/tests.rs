@@ -26,14 +26,19 @@ mod incline;
 mod lab;
 mod laws;
 mod ledger;
+#[cfg(feature = "rerun")]
+mod live;
 mod mesh_error;
 mod motion;
 mod moving;
 mod pick;
 mod program;
 mod projective;
+#[cfg(feature = "rerun")]
+mod recordings;
 mod recovery;
 mod required;
+mod resume;
 mod runs;
 mod schemes;
 mod springs;

@@ -2,7 +2,7 @@
 
 use super::Failure;
 use super::args::ExportArgs;
-use super::run::same_file;
+use super::output::same_file;
 use crate::export::{
     Animation, ExportError, MeshFormat, Selection, Span, check_file, check_folder, write_csv,
     write_sequence, write_whole,

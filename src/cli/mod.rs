@@ -4,17 +4,25 @@ mod args;
 mod check;
 mod choose;
 #[cfg(feature = "rerun")]
+mod compare;
+#[cfg(feature = "rerun")]
 mod export;
 mod folder;
 mod foresight;
+mod job;
 mod lab;
 mod mannequin;
+mod output;
 mod progress;
 mod quantity;
 mod report;
+#[cfg(feature = "rerun")]
+mod resume;
 mod run;
 mod scenes;
 mod study;
+#[cfg(feature = "rerun")]
+mod verify;
 
 use args::{Cli, Command};
 use clap::Parser as _;
@@ -54,6 +62,12 @@ pub fn main() -> ExitCode {
         Command::Run(args) => run::run(&args),
         Command::Scenes { name } => scenes::run(name.as_deref()),
         Command::Check(args) => check::run(&args),
+        #[cfg(feature = "rerun")]
+        Command::Resume(args) => resume::run(&args),
+        #[cfg(feature = "rerun")]
+        Command::Compare(args) => compare::run(&args),
+        #[cfg(feature = "rerun")]
+        Command::Verify(args) => verify::run(&args),
         #[cfg(feature = "rerun")]
         Command::Export(args) => export::run(&args),
         Command::Lab(args) => lab::run(&args),

@@ -21,11 +21,11 @@ pub(crate) mod checkpoint;
 #[cfg(feature = "rerun")]
 pub(crate) mod color;
 #[cfg(feature = "rerun")]
-mod disk;
-#[cfg(feature = "rerun")]
 mod drawing;
 #[cfg(feature = "rerun")]
 pub(crate) mod entity;
+#[cfg(feature = "rerun")]
+mod file;
 #[cfg(feature = "rerun")]
 mod frame_set;
 #[cfg(feature = "rerun")]
