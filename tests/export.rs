@@ -1,9 +1,10 @@
 //! Recordings in other formats, as a user asks for them; the oracle is the exact state in the table.
 
 use crate::support;
+use crate::support::program::{muslin, muslin_succeeds};
 use serde_json::Value;
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// A sheet and a chain that fall, a floor, and a ball that moves.
 const SCENE: &str = r#"name = "small"
@@ -45,34 +46,6 @@ dt = 0.004
 /// Particles of the sheet and of the chain.
 const PARTICLES: [usize; 2] = [25, 6];
 
-/// How a command ended.
-#[derive(Debug)]
-struct Ended {
-    code: Option<i32>,
-    out: String,
-    err: String,
-}
-
-fn muslin(folder: &Path, args: &str) -> Ended {
-    let output = assert_cmd::cargo::cargo_bin_cmd!("muslin")
-        .args(args.split_whitespace())
-        .current_dir(folder)
-        .output()
-        .unwrap();
-    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-    Ended {
-        code: output.status.code(),
-        out: text(&output.stdout),
-        err: text(&output.stderr),
-    }
-}
-
-fn succeeds(folder: &Path, args: &str) -> String {
-    let ended = muslin(folder, args);
-    assert_eq!(ended.code, Some(0), "muslin {args}: {ended:#?}");
-    ended.out
-}
-
 fn fails(folder: &Path, args: &str, code: i32, words: &[&str]) {
     let ended = muslin(folder, args);
     assert_eq!(ended.code, Some(code), "muslin {args}: {ended:#?}");
@@ -82,10 +55,10 @@ fn fails(folder: &Path, args: &str, code: i32, words: &[&str]) {
 }
 
 /// A folder with a recording `x.rrd`.
-fn recorded(name: &str) -> std::path::PathBuf {
+fn recorded(name: &str) -> PathBuf {
     let folder = support::fresh_folder(name);
     fs::write(folder.join("scene.toml"), SCENE).unwrap();
-    succeeds(&folder, "scene.toml --save x.rrd --quiet");
+    muslin_succeeds(&folder, "scene.toml --save x.rrd --quiet");
     folder
 }
 
@@ -100,7 +73,7 @@ fn files(folder: &Path) -> Vec<String> {
 
 /// The exact positions at the end, rounded to what is drawn.
 fn exact(folder: &Path) -> Vec<[f32; 3]> {
-    succeeds(folder, "export x.rrd --csv exact.csv --force");
+    muslin_succeeds(folder, "export x.rrd --csv exact.csv --force");
     let table = fs::read_to_string(folder.join("exact.csv")).unwrap();
     let rows = table.lines().skip(1).map(|row| {
         let numbers = row.split(',').skip(2).take(3);
@@ -113,7 +86,7 @@ fn exact(folder: &Path) -> Vec<[f32; 3]> {
 #[test]
 fn the_last_obj_has_the_exact_state() {
     let folder = recorded("export-obj");
-    let said = succeeds(&folder, "export x.rrd --obj frames");
+    let said = muslin_succeeds(&folder, "export x.rrd --obj frames").out;
     assert!(said.contains("13 frames from t = 0 s to 0.2 s"), "{said}");
     let names: Vec<String> = (0..13).map(|k| format!("frame-{k:06}.obj")).collect();
     assert_eq!(files(&folder.join("frames")), names);
@@ -141,7 +114,7 @@ fn the_last_obj_has_the_exact_state() {
         2,
         &["holds 13 frames already", "--force"],
     );
-    succeeds(&folder, "export x.rrd --obj frames --every 4 --force");
+    muslin_succeeds(&folder, "export x.rrd --obj frames --every 4 --force");
     let some = [0, 4, 8, 12].map(|k| format!("frame-{k:06}.obj"));
     assert_eq!(files(&folder.join("frames")), some, "older frames stay");
 }
@@ -149,7 +122,7 @@ fn the_last_obj_has_the_exact_state() {
 #[test]
 fn the_last_ply_has_the_exact_state() {
     let folder = recorded("export-ply");
-    succeeds(&folder, "export x.rrd --ply frames --at last");
+    muslin_succeeds(&folder, "export x.rrd --ply frames --at last");
     assert_eq!(files(&folder.join("frames")), ["frame-000012.ply"]);
     let file = fs::read(folder.join("frames/frame-000012.ply")).unwrap();
     let end = b"end_header\n";
@@ -189,7 +162,7 @@ fn first_and_last(document: &Value, binary: &[u8], name: &str) -> [Vec<[f32; 3]>
 #[test]
 fn the_last_target_of_a_glb_leads_to_the_exact_state() {
     let folder = recorded("export-glb");
-    let said = succeeds(&folder, "export x.rrd --glb x.glb");
+    let said = muslin_succeeds(&folder, "export x.rrd --glb x.glb").out;
     assert!(
         said.contains("x.glb: 13 frames from t = 0 s to 0.2 s"),
         "{said}"
@@ -221,7 +194,7 @@ fn the_last_target_of_a_glb_leads_to_the_exact_state() {
 fn several_formats_at_a_time() {
     let folder = recorded("export-all");
     let args = "export x.rrd --csv a.csv --obj obj --ply ply --glb a.glb --at 0.105";
-    let said = succeeds(&folder, args);
+    let said = muslin_succeeds(&folder, args).out;
     // Frames are the first steps at or after each 1/60 s.
     assert_eq!(said.matches("1 frame at t = 0.1 s").count(), 3, "{said}");
     assert_eq!(files(&folder.join("obj")), ["frame-000006.obj"]);
@@ -281,7 +254,7 @@ fn nothing_is_overwritten_or_left_half_written() {
     assert_eq!(files(&folder), before);
     assert_eq!(fs::read(folder.join("old")).unwrap(), b"older");
     assert!(fs::read(folder.join("x.rrd")).unwrap() == recording);
-    succeeds(&folder, "export x.rrd --glb old --force");
+    muslin_succeeds(&folder, "export x.rrd --glb old --force");
     assert_eq!(&fs::read(folder.join("old")).unwrap()[..4], b"glTF");
 }
 
@@ -290,7 +263,7 @@ fn nothing_is_overwritten_or_left_half_written() {
 fn a_cut_recording_gives_whole_frames() {
     let folder = recorded("export-cut");
     let whole = fs::read(folder.join("x.rrd")).unwrap();
-    succeeds(&folder, "export x.rrd --obj whole");
+    muslin_succeeds(&folder, "export x.rrd --obj whole");
     let mut most = 0;
     for tenth in 1..10 {
         fs::write(folder.join("cut.rrd"), &whole[..whole.len() * tenth / 10]).unwrap();

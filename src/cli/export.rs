@@ -135,7 +135,6 @@ fn said(span: Span) -> String {
 }
 
 /// What went wrong while a file was written is no fault of the input.
-#[expect(clippy::needless_pass_by_value, reason = "for map_err")]
 fn failure(error: ExportError) -> Failure {
     match error {
         ExportError::CannotWrite { .. } | ExportError::Output(_) | ExportError::Changed { .. } => {

@@ -56,7 +56,7 @@ mod tests {
             match word {
                 "#" => assert!(line.contains("t = 0.3 s; lengths in m"), "{line}"),
                 "o" => {
-                    first += object.map_or(0, |o| o.1.len() as u32);
+                    first += object.map_or(0, |o| u32::try_from(o.1.len()).unwrap());
                     objects.push((rest.to_owned(), vec![], vec![], vec![]));
                 }
                 "v" => {

@@ -103,8 +103,11 @@ impl Frames {
             return;
         };
         let timelines = chunk.timelines();
-        let column =
-            |name: &'static str| timelines.get(&name.into()).map(|column| column.times_raw());
+        let column = |name: &'static str| {
+            timelines
+                .get(&name.into())
+                .map(rerun::TimeColumn::times_raw)
+        };
         let (Some(frames), Some(times)) = (column(entity::FRAME), column(entity::SIM_TIME)) else {
             return;
         };
@@ -283,7 +286,7 @@ mod tests {
                 assert!(
                     frames
                         .iter()
-                        .all(|frame| *frame == all[frame.index as usize])
+                        .all(|frame| *frame == all[usize::try_from(frame.index).unwrap()])
                 );
                 most = most.max(frames.len());
             }

@@ -66,18 +66,7 @@ impl Animation {
             survey,
             document,
         };
-        let (bytes, most) = (animation.bytes(), u64::from(u32::MAX));
-        if bytes > most {
-            let now = match selection {
-                Selection::Every(every) => every.get(),
-                Selection::At(_) => 1,
-            };
-            return Err(ExportError::TooLarge {
-                frames: animation.span().frames,
-                bytes,
-                every: now * bytes.div_ceil(most),
-            });
-        }
+        check_size(animation.bytes(), animation.span().frames, selection)?;
         Ok(animation)
     }
 
@@ -162,6 +151,23 @@ impl Animation {
         )?;
         Ok(())
     }
+}
+
+/// Refuses a file whose length the format can't say.
+fn check_size(bytes: u64, frames: usize, selection: Selection) -> Result<(), ExportError> {
+    let most = u64::from(u32::MAX);
+    if bytes <= most {
+        return Ok(());
+    }
+    let now = match selection {
+        Selection::Every(every) => every.get(),
+        Selection::At(_) => 1,
+    };
+    Err(ExportError::TooLarge {
+        frames,
+        bytes,
+        every: now * bytes.div_ceil(most),
+    })
 }
 
 /// Normals of a mesh; none of a chain.

@@ -1,5 +1,7 @@
 //! A file read back by the specification, with none of the code that wrote it.
 
+#![expect(clippy::cast_possible_truncation, reason = "the numbers are small")]
+
 use super::*;
 use crate::export::body::bodies;
 use crate::export::sample::{self, Recording};
@@ -308,6 +310,19 @@ fn accessors_say_what_is_there() {
     let views = file.json["bufferViews"].as_array().unwrap();
     let lengths = views.iter().map(|view| number(&view["byteLength"]));
     assert_eq!(lengths.sum::<usize>(), file.binary.len());
+}
+
+#[test]
+fn what_the_format_cannot_hold_is_refused() {
+    check_size(u64::from(u32::MAX), 900, every(1)).unwrap();
+    let refused = |bytes, selection| check_size(bytes, 900, selection).unwrap_err().to_string();
+    let error = refused(5_000_000_000, every(1));
+    assert!(
+        error.contains("900 frames make a .glb of 5.0 GB"),
+        "{error}"
+    );
+    assert!(error.ends_with("--every 2"), "{error}");
+    assert!(refused(13_000_000_000, every(3)).ends_with("--every 12"));
 }
 
 /// Bytes of the words.
