@@ -181,6 +181,7 @@ fn rows(got: &[(f64, LogMsg)]) -> Vec<Row> {
 }
 
 /// Entity and time (ns) of every row, in an order of their own.
+#[expect(clippy::cast_possible_truncation, reason = "some seconds")]
 fn sorted<'a>(rows: impl IntoIterator<Item = &'a Row>) -> Vec<(String, i64)> {
     let row = |(entity, time, ..): &Row| (entity.clone(), (time * 1e9).round() as i64);
     let mut rows: Vec<_> = rows.into_iter().map(row).collect();
@@ -296,7 +297,7 @@ fn what_is_left_of_a_killed_run_is_replayed() {
     let mut replayed = Vec::new();
     for length in (whole.len() / 4..whole.len()).step_by(4999) {
         std::fs::write(&path, &whole[..length]).unwrap();
-        if Replay::open(&[path.clone()]).is_ok() {
+        if Replay::open(std::slice::from_ref(&path)).is_ok() {
             let plan = ReplayPlan { speed: 1e9, ..PLAN };
             let (audience, _) = replay(&[&path], &plan, Audience::default(), &[]);
             let got = rows(&audience.got);
