@@ -14,6 +14,9 @@ pub use capture::Capture;
 pub use facts::Facts;
 pub use series::mean_strain;
 
+use crate::state::State;
+use glam::DVec3;
+
 /// What stays the same in every frame of a run; recorded once, before the first frame.
 #[derive(Clone, Debug, Default)]
 pub struct Header {
@@ -21,6 +24,12 @@ pub struct Header {
     pub scene: String,
     /// The scene's TOML, as it was run (with the changes made by the command line).
     pub scene_toml: String,
+    /// Path in the scene and text of each OBJ mesh that it names, but for built-in ones.
+    pub meshes: Vec<(String, String)>,
+    /// Of which recording this is a branch, and how; nothing otherwise.
+    pub branch: String,
+    /// What a branch started with.
+    pub start: Option<Checkpoint>,
     /// What is modelled, as Markdown.
     pub model_list: String,
     /// What the recording says about itself.
@@ -29,6 +38,8 @@ pub struct Header {
     pub strain_range: f32,
     /// Two corners of the box that is looked at when the recording is opened (m), if the scene says.
     pub view: Option<[[f32; 3]; 2]>,
+    /// Whether meshes are recorded without normals.
+    pub flat: bool,
     /// Which springs are recorded.
     pub spring_detail: SpringDetail,
     /// The cloths, in the order of [`Frame::cloths`].
@@ -120,6 +131,8 @@ pub struct Frame {
     pub histogram: Histogram,
     /// What there is to say at this time.
     pub events: Vec<Event>,
+    /// Tells states apart that differ in any bit: see [`State::hash`](crate::state::State::hash).
+    pub hash: u64,
     /// The whole `f64` state, every so many frames and in the last one.
     pub checkpoint: Option<Checkpoint>,
 }
@@ -199,6 +212,24 @@ pub struct Checkpoint {
     pub time: f64,
     /// One entry a cloth.
     pub cloths: Vec<ClothCheckpoint>,
+    /// What the simulation and the capture carry over besides: see [`Capture::checkpoint_frame`].
+    pub luggage: Vec<u8>,
+}
+
+impl Checkpoint {
+    /// The state of all cloths' particles.
+    pub fn state(&self) -> State {
+        let particles = self.cloths.iter().flat_map(|cloth| &cloth.particles);
+        let half = |from: usize| {
+            let of = move |p: &[f64; 6]| DVec3::new(p[from], p[from + 1], p[from + 2]);
+            particles.clone().map(of).collect()
+        };
+        State {
+            time: self.time,
+            positions: half(0),
+            velocities: half(3),
+        }
+    }
 }
 
 /// The `f64` state of one cloth.

@@ -51,6 +51,8 @@ pub struct Finished {
     pub audited: Option<Audited>,
     /// Whether it was stopped from outside.
     pub stopped: bool,
+    /// Time of the first frame (s): not 0 when it went on from a checkpoint.
+    pub began: f64,
     /// Wall time spent in steps.
     pub stepping: Duration,
     /// Wall time of the whole run.
@@ -101,6 +103,7 @@ pub fn run(
     report: &mut (dyn FnMut(Progress) + Send),
 ) -> Result<Finished, PipelineError> {
     let start = Instant::now();
+    let began = simulation.state().time;
     let (sender, receiver) = bounded(WAITING_FRAMES);
     let dropped = AtomicU64::new(0);
     let pool = rayon::ThreadPoolBuilder::new()
@@ -115,13 +118,14 @@ pub fn run(
             .spawn_scoped(scope, || record(receiver.into_iter(), recorder, &dropped))
             .map_err(thread_error)?;
         let run = Run {
-            error: ErrorEstimate::new(&simulation, plan.error),
+            error: ErrorEstimate::new(&simulation, plan.error, capture.known_error()),
             simulation,
             capture,
             sender,
             plan,
             dropped: &dropped,
             stepping: Duration::ZERO,
+            began,
         };
         let stepping = thread::Builder::new()
             .name("simulate".to_owned())
@@ -148,6 +152,7 @@ pub fn run(
         error,
         audited,
         stopped,
+        began,
         stepping,
         wall: start.elapsed(),
     })
@@ -178,6 +183,8 @@ struct Run<'a> {
     plan: &'a Plan<'a>,
     dropped: &'a AtomicU64,
     stepping: Duration,
+    /// Time of the first frame (s).
+    began: f64,
 }
 
 /// What the simulation thread leaves.
@@ -193,7 +200,7 @@ impl Run<'_> {
     /// Steps until the end, a divergence, a stop from outside, or a recorder that is gone.
     fn simulate(mut self, report: &mut dyn FnMut(Progress)) -> Stepped {
         let mut diverged = None;
-        let mut schedule = Schedule::new(self.plan, self.simulation.dt());
+        let mut schedule = Schedule::new(self.plan, &self.simulation);
         let notes = self
             .plan
             .notes
@@ -248,13 +255,15 @@ impl Run<'_> {
         if let Some(error) = self.error.as_ref().and_then(|error| error.at(time)) {
             self.capture.note_error(error);
         }
-        let frame = self
-            .capture
-            .frame(&self.simulation, events, with_checkpoint);
+        let frame = if with_checkpoint {
+            self.capture.checkpoint_frame(&mut self.simulation, events)
+        } else {
+            self.capture.frame(&self.simulation, events, false)
+        };
         let stats = self.simulation.stats();
         report(Progress {
             time,
-            ms_per_frame: ms_per_frame(self.stepping, time),
+            ms_per_frame: ms_per_frame(self.stepping, time - self.began),
             strain_ever: stats.strain_ever,
             depth_ever: stats.depth_ever,
             dropped_live_frames: self.dropped.load(Ordering::Relaxed),
@@ -281,14 +290,16 @@ struct Schedule {
 const GRACE: f64 = 1e-6;
 
 impl Schedule {
-    fn new(plan: &Plan<'_>, dt: f64) -> Self {
-        let steps = (plan.duration / dt - GRACE).ceil().max(1.0);
+    fn new(plan: &Plan<'_>, simulation: &Simulation) -> Self {
+        let steps = (plan.duration - simulation.start()) / simulation.dt();
+        let steps = (steps - GRACE).ceil().max(1.0);
+        let began = simulation.state().time;
         Self {
             steps,
             fps: plan.fps,
             checkpoint: plan.checkpoint,
-            next_frame: 1.0,
-            next_checkpoint: 1.0,
+            next_frame: (began * plan.fps + GRACE).floor() + 1.0,
+            next_checkpoint: (began / plan.checkpoint + GRACE).floor() + 1.0,
         }
     }
 

@@ -12,7 +12,7 @@ use std::sync::atomic::AtomicBool;
 
 /// Runs to a time (s) and estimates the error there (m) for a share of the time.
 fn estimate(run: &mut Simulation, time: f64, share: f64) -> (f64, ErrorEstimate) {
-    let mut error = ErrorEstimate::new(run, share).unwrap();
+    let mut error = ErrorEstimate::new(run, share, None).unwrap();
     let steps = (time / run.dt()).round() as u64;
     while run.stats().steps < steps {
         run.step().unwrap_or_else(|diverged| panic!("{diverged}"));

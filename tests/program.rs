@@ -1,11 +1,12 @@
 //! The program as a user meets it: exit codes, messages, and the files that it writes or spares.
 
 use crate::support;
+use crate::support::program::{
+    contents, muslin, muslin_succeeds, read, refused, report, says, write,
+};
 use serde_json::Value;
-use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::time::Duration;
 
 /// A scene of 81 particles; the tests of bad input change one place of it each.
 const SMALL: &str = r#"name = "small"
@@ -44,103 +45,15 @@ const CUBE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 
     o ends\nf 4 3 2 1\nf -4 -3 -2 -1\n\
     o sides\nf 1 2 6 5\nf 2/1 3/2 7/3 6/4\nf 3 4 8 7\nf 4 1 5 8\n";
 
-/// No command of the tests takes half as long; one that hangs is ended.
-const PATIENCE: Duration = Duration::from_secs(60);
-
 /// An empty folder for the test of that name.
 fn folder(test: &str) -> PathBuf {
     support::folder(&format!("program/{test}"))
-}
-
-/// How a command ended.
-#[derive(Debug)]
-struct Ended {
-    /// Its exit code; none when it was ended by a signal.
-    code: Option<i32>,
-    /// What it printed.
-    out: String,
-    /// What it printed as messages.
-    err: String,
-}
-
-/// Runs `muslin` in a folder with arguments that are parted by blanks.
-fn muslin(folder: &Path, args: &str) -> Ended {
-    let output = assert_cmd::cargo::cargo_bin_cmd!("muslin")
-        .args(args.split_whitespace())
-        .current_dir(folder)
-        .timeout(PATIENCE)
-        .output()
-        .expect("muslin starts");
-    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-    Ended {
-        code: output.status.code(),
-        out: text(&output.stdout),
-        err: text(&output.stderr),
-    }
-}
-
-/// The same for a command that must succeed.
-fn muslin_succeeds(folder: &Path, args: &str) -> Ended {
-    let ended = muslin(folder, args);
-    assert_eq!(ended.code, Some(0), "muslin {args}: {ended:#?}");
-    ended
-}
-
-fn write(folder: &Path, file: &str, text: &str) {
-    let path = folder.join(file);
-    let parent = path.parent().expect("a file in a folder");
-    fs::create_dir_all(parent).expect("a folder can be made");
-    fs::write(path, text).expect("a test file can be written");
-}
-
-fn read(folder: &Path, file: &str) -> String {
-    fs::read_to_string(folder.join(file)).unwrap_or_else(|fault| panic!("{file}: {fault}"))
-}
-
-fn report(folder: &Path, file: &str) -> Value {
-    serde_json::from_str(&read(folder, file)).unwrap_or_else(|fault| panic!("{file}: {fault}"))
-}
-
-/// Every file below a folder with what is in it.
-fn contents(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
-    let mut files = BTreeMap::new();
-    for entry in fs::read_dir(folder).expect("a folder") {
-        let path = entry.expect("an entry").path();
-        if path.is_dir() {
-            files.extend(contents(&path));
-        } else {
-            let bytes = fs::read(&path).expect("a file");
-            files.insert(path, bytes);
-        }
-    }
-    files
 }
 
 /// `text` with one place of it changed.
 fn changed(text: &str, from: &str, to: &str) -> String {
     assert_eq!(text.matches(from).count(), 1, "{from:?} must occur once");
     text.replace(from, to)
-}
-
-fn says(ended: &Ended, words: &[&str]) {
-    for word in words {
-        assert!(ended.err.contains(word), "no {word:?} in {}", ended.err);
-    }
-}
-
-/// Runs a command that must be refused: exit code 2, one message with all `words`, and every file
-/// of the folder as it was.
-fn refused(folder: &Path, args: &str, words: &[&str]) {
-    let before = contents(folder);
-    let ended = muslin(folder, args);
-    assert_eq!(ended.code, Some(2), "muslin {args}: {ended:#?}");
-    let errors = ended.err.lines().filter(|line| line.starts_with("error:"));
-    assert_eq!(errors.count(), 1, "{}", ended.err);
-    says(&ended, words);
-    let after = contents(folder);
-    let names = |files: &BTreeMap<PathBuf, Vec<u8>>| files.keys().cloned().collect::<Vec<_>>();
-    assert_eq!(names(&before), names(&after), "muslin {args} left files");
-    assert!(before == after, "muslin {args} changed a file");
 }
 
 /// Runs a scene that must be refused although there are older results, which it must spare.
@@ -876,11 +789,13 @@ fn recording_without_rerun_is_refused() {
 /// What needs recordings.
 #[cfg(feature = "rerun")]
 mod recorded {
-    use super::{SMALL, contents, folder, muslin, muslin_succeeds, read, refused, report, write};
+    use super::{SMALL, folder};
+    use crate::support::program::{
+        Running, contents, muslin, muslin_succeeds, read, refused, report, wait_for, write,
+    };
     use std::fs;
     use std::path::Path;
-    use std::process::{Child, Command, ExitStatus, Stdio};
-    use std::time::{Duration, Instant};
+    use std::process::{Command, ExitStatus, Stdio};
 
     const HEADER: &str = "cloth,particle,x,y,z,vx,vy,vz";
 
@@ -888,7 +803,7 @@ mod recorded {
     fn exported(folder: &Path, recording: &str, options: &str) -> Vec<[f64; 6]> {
         muslin_succeeds(
             folder,
-            &format!("export {recording} --csv state.csv {options}"),
+            &format!("export {recording} --csv state.csv --force {options}"),
         );
         let table = read(folder, "state.csv");
         let mut lines = table.lines();
@@ -923,7 +838,7 @@ mod recorded {
             &["x.rrd", "folder", "--save"],
         );
         write(&folder, "old.rrd", "an older recording");
-        let args = format!("{run} old.rrd --connect nowhere");
+        let args = format!("{run} old.rrd --force --connect nowhere");
         refused(
             &folder,
             &args,
@@ -985,9 +900,10 @@ checkpoint = 0.1
         let folder = folder("same-bits");
         write(&folder, "falling.toml", FALLING);
         let state = |threads: u32| {
-            let args = format!("falling.toml --threads {threads} --save x.rrd --report r.json");
+            let args =
+                format!("falling.toml --threads {threads} --save x.rrd --force --report r.json");
             muslin_succeeds(&folder, &args);
-            muslin_succeeds(&folder, "export x.rrd --csv x.csv");
+            muslin_succeeds(&folder, "export x.rrd --csv x.csv --force");
             read(&folder, "x.csv")
         };
         let one = state(1);
@@ -1021,7 +937,7 @@ checkpoint = 0.1
             "{x}, {z}"
         );
         for (at, time) in [("0.05", 0.0), ("0.15", 0.1), ("99", 0.3), ("last", 0.3)] {
-            let args = format!("export x.rrd --csv t.csv --at {at}");
+            let args = format!("export x.rrd --csv t.csv --force --at {at}");
             let said = muslin_succeeds(folder, &args).out;
             let found = said.trim().trim_end_matches(" s").rsplit(' ').next();
             let found: f64 = found.expect("a time").parse().expect("a time");
@@ -1045,7 +961,11 @@ checkpoint = 0.1
             ("missing.rrd", &["missing.rrd", "No such file", ".rrd"]),
         ];
         for (args, words) in cases {
-            refused(&folder, &format!("export {args} --csv old.csv"), words);
+            refused(
+                &folder,
+                &format!("export {args} --csv old.csv --force"),
+                words,
+            );
         }
         refused(
             &folder,
@@ -1069,7 +989,7 @@ checkpoint = 0.1
             ("--duration 0.001 --fps 60 --dt 0.004", 2),
         ];
         for (options, frames) in cases {
-            let args = format!("scene.toml --save x.rrd --report r.json {options}");
+            let args = format!("scene.toml --save x.rrd --force --report r.json {options}");
             let ended = muslin_succeeds(&folder, &args);
             let report = report(&folder, "r.json");
             assert_eq!(report["recorded_frames"], frames, "{options}");
@@ -1094,31 +1014,6 @@ checkpoint = 0.1
         assert_eq!(report["dropped_live_frames"], 7, "{report:#}");
         assert_eq!(report["recorded_frames"], 7, "{report:#}");
         assert!(exported(&folder, "x.rrd", "") == alone, "another state");
-    }
-
-    /// A program in the background that a failing test doesn't leave behind.
-    struct Running(Child);
-
-    impl Drop for Running {
-        fn drop(&mut self) {
-            self.0.kill().ok();
-            self.0.wait().ok();
-        }
-    }
-
-    /// Asks again and again until there is an answer; fails after a while.
-    fn wait_for<T>(what: &str, mut answer: impl FnMut() -> Option<T>) -> T {
-        let start = Instant::now();
-        loop {
-            if let Some(answer) = answer() {
-                return answer;
-            }
-            assert!(
-                start.elapsed() < Duration::from_secs(20),
-                "waited for {what}"
-            );
-            std::thread::sleep(Duration::from_millis(20));
-        }
     }
 
     /// Interrupts a run once frames have reached its recording, and returns how it ended.

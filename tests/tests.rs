@@ -17,6 +17,8 @@ mod contact_study;
 mod contract;
 mod detection;
 mod error;
+#[cfg(feature = "rerun")]
+mod export;
 mod extremes;
 mod gallery;
 mod impacts;
@@ -24,16 +26,21 @@ mod incline;
 mod lab;
 mod laws;
 mod ledger;
+#[cfg(feature = "rerun")]
+mod live;
 mod mesh_error;
 mod motion;
 mod moving;
 mod pick;
 mod program;
 mod projective;
+#[cfg(feature = "rerun")]
+mod recordings;
 mod recovery;
 #[cfg(feature = "rerun")]
 mod replay;
 mod required;
+mod resume;
 mod runs;
 mod schemes;
 mod springs;

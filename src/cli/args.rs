@@ -2,7 +2,11 @@
 
 use crate::scene::{IntegratorName, Step};
 use crate::study::stability::Axis;
+#[cfg(feature = "rerun")]
+use clap::ArgGroup;
 use clap::{Args, Parser, Subcommand};
+#[cfg(feature = "rerun")]
+use std::num::NonZeroU64;
 use std::path::PathBuf;
 
 /// The whole command line.
@@ -31,7 +35,16 @@ pub(super) enum Command {
     },
     /// Say what a scene models, its stable step and its cost.
     Check(SceneArgs),
-    /// Write the state of a recording as a table.
+    /// Go on from a checkpoint of a recording, bit for bit as if never stopped, or branch with a change.
+    #[cfg(feature = "rerun")]
+    Resume(ResumeArgs),
+    /// Say how far two recordings are apart, and lay them over each other.
+    #[cfg(feature = "rerun")]
+    Compare(CompareArgs),
+    /// Run the scene of a recording again and compare the states.
+    #[cfg(feature = "rerun")]
+    Verify(VerifyArgs),
+    /// Write a recording in other formats: a table, OBJ or PLY meshes, an animated glTF.
     #[cfg(feature = "rerun")]
     Export(ExportArgs),
     /// Show recordings in a viewer again, at their pace.
@@ -60,6 +73,13 @@ pub(super) struct SceneArgs {
     /// A built-in scene (see `muslin scenes`) or a TOML file.
     #[arg(default_value = "drape")]
     pub(super) scene: String,
+    #[command(flatten)]
+    pub(super) changes: ChangeArgs,
+}
+
+/// Changes to a scene.
+#[derive(Args, Debug)]
+pub(super) struct ChangeArgs {
     /// Time integration scheme: euler, symplectic-euler, verlet, rk4, dopri5, implicit-euler, newton,
     /// implicit-midpoint, bdf2, xpbd or projective.
     #[arg(long, value_name = "NAME")]
@@ -73,6 +93,12 @@ pub(super) struct SceneArgs {
     /// Recorded frames in a simulated second.
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     fps: Option<f64>,
+    /// Record meshes with normals; without them they take 16 bytes a particle and frame, not 28, and aren't shaded.
+    #[arg(long, value_name = "true|false")]
+    record_normals: Option<bool>,
+    /// Springs to record: off, all, or auto: all below a few thousand, the most strained beyond.
+    #[arg(long, value_name = "WHICH")]
+    springs: Option<String>,
     /// Threads of the simulation; all cores by default. The result doesn't depend on it.
     #[arg(long, value_name = "N")]
     pub(super) threads: Option<usize>,
@@ -81,16 +107,18 @@ pub(super) struct SceneArgs {
     set: Vec<String>,
 }
 
-impl SceneArgs {
+impl ChangeArgs {
     /// Every change to the scene as `key=value`.
-    pub(super) fn changes(&self) -> Vec<String> {
+    pub(super) fn list(&self) -> Vec<String> {
         let Self {
             integrator,
             dt,
             duration,
             fps,
+            record_normals,
+            springs,
             set,
-            ..
+            threads: _,
         } = self;
         let mut changes = set.clone();
         changes.extend(
@@ -103,6 +131,12 @@ impl SceneArgs {
             Step::Seconds(dt) => format!("solver.dt={}", toml_number(dt)),
         }));
         changes.extend(duration.map(|duration| format!("duration={}", toml_number(duration))));
+        changes.extend(record_normals.map(|normals| format!("record.normals={normals}")));
+        changes.extend(
+            springs
+                .as_ref()
+                .map(|which| format!("record.springs={which:?}")),
+        );
         changes.extend(fps.map(|fps| format!("record.fps={}", toml_number(fps))));
         changes
     }
@@ -125,9 +159,19 @@ pub(super) struct RunArgs {
     /// The same: the most exact that takes at most this, such as 16ms, of wall time for a simulated 1/60 s.
     #[arg(long, value_name = "TIME", value_parser = super::quantity::time, allow_hyphen_values = true, conflicts_with = "dt")]
     pub(super) budget: Option<f64>,
-    /// Recording to write; SCENE.rrd by default.
+    #[command(flatten)]
+    pub(super) output: OutputArgs,
+}
+
+/// Where a run goes.
+#[derive(Args, Debug)]
+pub(super) struct OutputArgs {
+    /// Recording to write; SCENE.rrd by default, or SCENE-2.rrd and so on where that exists.
     #[arg(long, value_name = "FILE.rrd")]
     pub(super) save: Option<PathBuf>,
+    /// Replace the file that --save names.
+    #[arg(long, requires = "save")]
+    pub(super) force: bool,
     /// Write no recording.
     #[arg(long, conflicts_with = "save")]
     pub(super) no_save: bool,
@@ -247,22 +291,85 @@ pub(super) struct StudyArgs {
     pub(super) out: Option<PathBuf>,
 }
 
+/// What to export and where it goes.
 #[cfg(feature = "rerun")]
 #[derive(Args, Debug)]
+#[command(group = ArgGroup::new("format").args(["csv", "obj", "ply", "glb"]).required(true).multiple(true))]
 pub(super) struct ExportArgs {
     /// A recording.
     pub(super) recording: PathBuf,
-    /// Table to write: cloth,particle,x,y,z,vx,vy,vz in m and m/s.
+    /// Table of the exact state at one time: cloth,particle,x,y,z,vx,vy,vz in m and m/s.
     #[arg(long, value_name = "FILE")]
-    pub(super) csv: PathBuf,
-    /// `last`, or a time (s): the last checkpoint at or before it.
-    #[arg(
-        long,
-        value_name = "T|last",
-        default_value = "last",
-        allow_negative_numbers = true
-    )]
-    pub(super) at: String,
+    pub(super) csv: Option<PathBuf>,
+    /// Folder for a mesh file a frame, frame-000123.obj and so on: an object for each cloth and obstacle, in
+    /// m, y up; chains as lines.
+    #[arg(long, value_name = "DIR")]
+    pub(super) obj: Option<PathBuf>,
+    /// The same as binary PLY: all in one mesh, coloured by strain, each vertex with the number of its body
+    /// (named in the file's head).
+    #[arg(long, value_name = "DIR")]
+    pub(super) ply: Option<PathBuf>,
+    /// One animated file for Blender, three.js and others: binary glTF, with morph targets.
+    #[arg(long, value_name = "FILE")]
+    pub(super) glb: Option<PathBuf>,
+    /// One frame: `last`, or the last at or before a time (s). Of --csv the last checkpoint at or before it,
+    /// which is the last of all by default.
+    #[arg(long, value_name = "T|last", allow_negative_numbers = true)]
+    pub(super) at: Option<String>,
+    /// Every Nth frame; all by default.
+    #[arg(long, value_name = "N", conflicts_with = "at")]
+    pub(super) every: Option<NonZeroU64>,
+    /// Replace existing files.
+    #[arg(long)]
+    pub(super) force: bool,
+}
+
+/// What to go on with.
+#[cfg(feature = "rerun")]
+#[derive(Args, Debug)]
+pub(super) struct ResumeArgs {
+    /// A recording, also of a run that was killed.
+    pub(super) recording: PathBuf,
+    /// Go on from the last checkpoint at or before this time (s); from the last of all by default.
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    pub(super) at: Option<f64>,
+    #[command(flatten)]
+    pub(super) changes: ChangeArgs,
+    #[command(flatten)]
+    pub(super) output: OutputArgs,
+}
+
+/// What to run again.
+#[cfg(feature = "rerun")]
+#[derive(Args, Debug)]
+pub(super) struct VerifyArgs {
+    /// A recording.
+    pub(super) recording: PathBuf,
+    /// Threads of the simulation; all cores by default.
+    #[arg(long, value_name = "N")]
+    pub(super) threads: Option<usize>,
+    /// Print nothing but errors.
+    #[arg(long)]
+    pub(super) quiet: bool,
+}
+
+/// What to compare.
+#[cfg(feature = "rerun")]
+#[derive(Args, Debug)]
+pub(super) struct CompareArgs {
+    /// A recording.
+    pub(super) a: PathBuf,
+    /// Another one of the same scene, also with other resolutions, solvers or materials.
+    pub(super) b: PathBuf,
+    /// Recording to write: both runs on one timeline, coloured by their distance.
+    #[arg(long, value_name = "OUT.rrd")]
+    pub(super) save: Option<PathBuf>,
+    /// Replace the file that --save names.
+    #[arg(long, requires = "save")]
+    pub(super) force: bool,
+    /// From which distance on the runs count as visibly apart.
+    #[arg(long, value_name = "LENGTH", value_parser = super::quantity::length, default_value = "5mm")]
+    pub(super) visible: f64,
 }
 
 /// What to replay, where to and how.

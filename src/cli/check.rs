@@ -2,7 +2,8 @@
 
 use super::Failure;
 use super::args::SceneArgs;
-use super::run::{Prepared, prepare, threads};
+use super::job::threads;
+use super::run::{Prepared, prepare};
 use crate::scene::LoadedScene;
 use crate::scene::model_list;
 use crate::simulation::{Simulation, tunnelling};
@@ -20,7 +21,7 @@ pub(super) fn run(args: &SceneArgs) -> Result<(), Failure> {
         foresight,
         notes,
     } = prepare(args, &[])?;
-    let threads = threads(args.threads)?;
+    let threads = threads(args.changes.threads)?;
     notes.iter().for_each(|note| println!("{note}"));
     println!(
         "{} models\n{}",

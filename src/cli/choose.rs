@@ -26,7 +26,7 @@ pub(super) fn choose(
     threads: usize,
     stop: &AtomicBool,
 ) -> Result<Picked, Failure> {
-    let changes = args.scene.changes();
+    let changes = args.scene.changes.list();
     let is_set = |key: &str| changes.iter().any(|change| key_of(change) == key);
     if is_set("solver.dt") {
         return Err(Failure::Input(anyhow!(
@@ -54,7 +54,7 @@ pub(super) fn choose(
         )));
     }
     let mut say = |text: String| {
-        if !args.quiet {
+        if !args.output.quiet {
             eprintln!("calibration: {text}");
         }
     };

@@ -4,23 +4,31 @@ mod args;
 mod check;
 mod choose;
 #[cfg(feature = "rerun")]
+mod compare;
+#[cfg(feature = "rerun")]
 mod export;
 mod folder;
 mod foresight;
 #[cfg(feature = "rerun")]
 mod info;
+mod job;
 #[cfg(feature = "rerun")]
 mod keys;
 mod lab;
 mod mannequin;
+mod output;
 mod progress;
 mod quantity;
 #[cfg(feature = "rerun")]
 mod replay;
 mod report;
+#[cfg(feature = "rerun")]
+mod resume;
 mod run;
 mod scenes;
 mod study;
+#[cfg(feature = "rerun")]
+mod verify;
 
 use args::{Cli, Command};
 use clap::Parser as _;
@@ -60,6 +68,12 @@ pub fn main() -> ExitCode {
         Command::Run(args) => run::run(&args),
         Command::Scenes { name } => scenes::run(name.as_deref()),
         Command::Check(args) => check::run(&args),
+        #[cfg(feature = "rerun")]
+        Command::Resume(args) => resume::run(&args),
+        #[cfg(feature = "rerun")]
+        Command::Compare(args) => compare::run(&args),
+        #[cfg(feature = "rerun")]
+        Command::Verify(args) => verify::run(&args),
         #[cfg(feature = "rerun")]
         Command::Export(args) => export::run(&args),
         #[cfg(feature = "rerun")]

@@ -2,8 +2,8 @@
 
 use super::Failure;
 use super::args::ReplayArgs;
+use super::job::stop_on_interrupt;
 use super::keys::Keys;
-use super::run::stop_on_interrupt;
 use crate::recorder::Targets;
 use crate::replay::{Command, Console, Replay, ReplayError, ReplayPlan, ReplayProgress};
 use anyhow::anyhow;
@@ -17,6 +17,7 @@ use std::time::{Duration, Instant};
 pub(super) fn run(args: &ReplayArgs) -> Result<(), Failure> {
     let targets = Targets {
         save: None,
+        force: false,
         connect: args.connect.clone(),
         serve: args.serve,
         spawn: args.spawn,

@@ -24,7 +24,7 @@ pub(super) fn report(scene: &str, threads: usize, finished: &Finished) -> Value 
         "simulated_s": simulated,
         "steps": stats.steps,
         "wall_s": finished.wall.as_secs_f64(),
-        "ms_per_frame": ms_per_frame(finished.stepping, simulated),
+        "ms_per_frame": ms_per_frame(finished.stepping, simulated - finished.began),
         "stage_ms": stage_ms(finished),
         "memory_bytes": simulation.memory().parts,
         "recorded_frames": finished.recorded.frames,
@@ -159,7 +159,7 @@ fn outcome(finished: &Finished) -> &'static str {
 /// Mean wall time of each stage in a step (ms).
 fn stage_ms(finished: &Finished) -> Value {
     let stats = finished.simulation.stats();
-    let steps = f64::from(u32::try_from(stats.steps.max(1)).unwrap_or(u32::MAX));
+    let steps = f64::from(u32::try_from(stats.timed.max(1)).unwrap_or(u32::MAX));
     let mean = |(stage, name): (Stage, &str)| {
         (
             name.to_owned(),

@@ -3,6 +3,7 @@
 use super::obstacle::{BodyMotion, Obstacle, Solid};
 use crate::mesh::{Nearest, Surface};
 use crate::motion::{Deformation, Placement};
+use crate::state::Archive;
 use glam::DVec3;
 
 /// The obstacles of a model as they stand.
@@ -59,6 +60,22 @@ pub struct Anchor {
     weights: [f64; 3],
 }
 
+impl Anchor {
+    /// Carries all of it over.
+    pub(super) fn carry(&mut self, archive: &mut Archive) {
+        let Self {
+            obstacle,
+            start,
+            triangle,
+            weights,
+        } = self;
+        archive.index(obstacle);
+        archive.vector(start);
+        archive.small(triangle);
+        weights.iter_mut().for_each(|weight| archive.real(weight));
+    }
+}
+
 impl Bodies {
     /// All obstacles as they stand at a time (s).
     pub fn new(obstacles: &[Obstacle], time: f64) -> Self {
@@ -90,6 +107,15 @@ impl Bodies {
                     body.move_to(motion.as_ref(), end);
                 }
                 _ => {}
+            }
+        }
+    }
+
+    /// Carries over what the time doesn't say.
+    pub fn carry(&mut self, archive: &mut Archive) {
+        for body in &mut self.list {
+            if let Body::Deforming(body) = body {
+                archive.real(&mut body.odometer);
             }
         }
     }

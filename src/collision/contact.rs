@@ -1,11 +1,12 @@
 //! Contacts and what is remembered of them from step to step.
 
 use super::{Anchor, Bodies};
+use crate::state::Archive;
 use crate::strain_limit::Wall;
 use glam::DVec3;
 
 /// A particle at an obstacle.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Contact {
     /// The particle.
     pub particle: usize,
@@ -88,6 +89,38 @@ impl Contacts {
             list: Vec::new(),
             grips: vec![Grip::default(); particles],
         }
+    }
+
+    /// Carries all of them over.
+    pub fn carry(&mut self, archive: &mut Archive) {
+        archive.list(&mut self.list, |archive, contact| {
+            let Contact {
+                particle,
+                at,
+                normal,
+                gap,
+                distance,
+                friction,
+                anchor,
+                velocity,
+                velocity_after,
+                impulse,
+                leave,
+            } = contact;
+            archive.index(particle);
+            for number in [gap, distance, friction, leave] {
+                archive.real(number);
+            }
+            for vector in [at, normal, velocity, velocity_after, impulse] {
+                archive.vector(vector);
+            }
+            anchor.carry(archive);
+        });
+        archive.each(&mut self.grips, |archive, grip| {
+            archive.real(&mut grip.pressure);
+            archive.vector(&mut grip.drag);
+            archive.flag(&mut grip.sticks);
+        });
     }
 
     /// Copies other contacts of as many particles; allocates only for more contacts than ever before.

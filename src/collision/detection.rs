@@ -13,6 +13,7 @@
 
 use super::{Bodies, Contact, Contacts, Grip, Obstacle};
 use crate::mesh::Nearest;
+use crate::state::Archive;
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -64,6 +65,29 @@ impl Detection {
     pub fn bytes(&self) -> usize {
         let known = self.known.iter().map(|known| size_of_val(&known[..]));
         known.sum::<usize>() + size_of_val(&self.found[..])
+    }
+
+    /// Carries over what is known.
+    pub fn carry(&mut self, archive: &mut Archive) {
+        for known in self.known.iter_mut().flatten() {
+            archive.vector(&mut known.at);
+            archive.real(&mut known.odometer);
+            let mut measured = known.nearest.is_some();
+            archive.flag(&mut measured);
+            if !measured {
+                known.nearest = None;
+                continue;
+            }
+            let nothing = Nearest::new(DVec3::ZERO, DVec3::ZERO, 0.0);
+            let nearest = known.nearest.get_or_insert(nothing);
+            archive.vector(&mut nearest.point);
+            archive.vector(&mut nearest.normal);
+            archive.real(&mut nearest.distance);
+            archive.small(&mut nearest.triangle);
+            for weight in &mut nearest.weights {
+                archive.real(weight);
+            }
+        }
     }
 
     /// Finds the contacts of all particles with obstacles as they stand now; `contacts` keeps the grips of those that go on.

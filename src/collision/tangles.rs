@@ -14,7 +14,7 @@
 
 use super::audit::Crossings;
 use super::{Audit, Bodies, Contacts, Masses, Obstacle, Response, Tangle};
-use crate::state::State;
+use crate::state::{Archive, State};
 use crate::strain_limit::Wall;
 use glam::DVec3;
 use std::collections::BTreeMap;
@@ -103,6 +103,23 @@ impl Tangles {
                 .map(|v| v.length())
                 .fold(0.0, f64::max),
         })
+    }
+
+    /// Carries over what the start doesn't say.
+    pub fn carry(&mut self, archive: &mut Archive) {
+        archive.each(&mut self.tangles, |archive, tangle| tangle.carry(archive));
+        let corner = |archive: &mut Archive, i: &mut u32| archive.small(i);
+        archive.list(&mut self.crossings.bodies, |archive, (body, corners)| {
+            archive.index(body);
+            archive.each(corners, corner);
+        });
+        archive.list(&mut self.crossings.cloth, |archive, (edge, triangle)| {
+            archive.each(edge, corner);
+            archive.each(triangle, corner);
+        });
+        archive.index(&mut self.count);
+        archive.real(&mut self.start);
+        archive.real(&mut self.speed);
     }
 
     /// Particles that are tangled now.

@@ -21,7 +21,7 @@
 use super::{Energies, Totals};
 use crate::force::DAMPINGS;
 use crate::model::Model;
-use crate::state::State;
+use crate::state::{Archive, State};
 
 /// Friction at obstacles.
 pub const FRICTION: &str = "friction";
@@ -261,6 +261,34 @@ impl Ledger {
         *level = other.level;
         *exchanged = other.exchanged;
         marks.clone_from(&other.marks);
+    }
+
+    /// Carries all of it over; the causes are the model's.
+    pub fn carry(&mut self, archive: &mut Archive) {
+        let Self {
+            initial,
+            work,
+            dissipated,
+            scheme,
+            outside,
+            level,
+            exchanged,
+            marks,
+            energies: _, // scratch
+        } = self;
+        let Totals {
+            kinetic,
+            gravitational,
+            elastic,
+        } = level;
+        for joules in [initial, outside, exchanged, kinetic, gravitational, elastic] {
+            archive.real(joules);
+        }
+        for accounts in [work, dissipated] {
+            archive.each(accounts, |archive, (_, joules)| archive.real(joules));
+        }
+        archive.option(scheme, Archive::real);
+        archive.each(marks, Archive::real);
     }
 
     fn book(&mut self, cause: &'static str, joules: f64) {

@@ -1,6 +1,7 @@
 //! What the audit of contact has found in a whole run.
 
 use crate::collision::Findings;
+use crate::state::Archive;
 
 /// The worst of all recorded frames.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -20,6 +21,20 @@ pub struct Audited {
 }
 
 impl Audited {
+    /// Carries all of it over.
+    pub(super) fn carry(&mut self, archive: &mut Archive) {
+        archive.count(&mut self.frames);
+        archive.count(&mut self.bad_frames);
+        archive.real(&mut self.depth);
+        for count in [
+            &mut self.inside,
+            &mut self.crossings,
+            &mut self.cloth_crossings,
+        ] {
+            archive.small(count);
+        }
+    }
+
     /// Adds what was found in a frame.
     pub fn add(&mut self, findings: &Findings) {
         self.frames += 1;

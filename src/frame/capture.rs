@@ -8,8 +8,9 @@ use super::{
 use crate::collision::{Audit, Findings, Obstacle};
 use crate::mesh::TriMesh;
 use crate::model::Cloth;
-use crate::scene::{LoadedScene, SpringDetailName, model_list};
+use crate::scene::{LoadedScene, SpringDetailName, mesh_texts, model_list};
 use crate::simulation::{Simulation, audit_of};
+use crate::state::{Archive, Damaged};
 use glam::DVec3;
 
 /// Takes frames; knows which springs belong to which cloth.
@@ -30,6 +31,9 @@ pub struct Capture {
     /// Error of the time step (m): not a number before it is known, `None` where nobody asks.
     error: Option<f64>,
 }
+
+/// Meshes of so many bytes in all go into the recording: a sequence of 100 bodies of 20,000 triangles.
+const MOST_MESHES: usize = 256 << 20;
 
 /// Classes of the strain histogram; odd, so that one is centred on zero.
 const CLASSES: u32 = 41;
@@ -60,12 +64,16 @@ impl Capture {
         let header = Header {
             scene: loaded.scene.name.clone(),
             scene_toml: loaded.text.clone(),
+            meshes: meshes(loaded),
+            branch: String::new(),
+            start: None,
             model_list: model_list(&loaded.scene, model),
             facts: Facts::of(loaded, simulation),
             strain_range: single(record.strain_range),
             view: record
                 .view
                 .map(|corners| corners.map(|corner| point(corner.into()))),
+            flat: !record.normals,
             spring_detail: match record.springs {
                 SpringDetailName::Off => SpringDetail::Off,
                 SpringDetailName::All => SpringDetail::All,
@@ -156,9 +164,60 @@ impl Capture {
                 .collect(),
             histogram: histogram(simulation, self.strain_range),
             events,
+            hash: state.hash(),
             checkpoint: with_checkpoint.then(|| checkpoint(simulation)),
         }
     }
+
+    /// The frame of the current state with a checkpoint, from which [`Self::go_on`] goes on bit for bit.
+    pub fn checkpoint_frame(&mut self, simulation: &mut Simulation, events: Vec<Event>) -> Frame {
+        let mut archive = Archive::pack();
+        simulation.carry(&mut archive);
+        self.carry(&mut archive);
+        let mut frame = self.frame(simulation, events, true);
+        if let Some(checkpoint) = &mut frame.checkpoint {
+            checkpoint.luggage = archive.into_bytes();
+        }
+        frame
+    }
+
+    /// Takes a simulation of the same scene, scheme and step, and the frames of it, to a checkpoint.
+    ///
+    /// # Errors
+    ///
+    /// When it is of another model or version. Neither can be used then.
+    pub fn go_on(
+        &mut self,
+        simulation: &mut Simulation,
+        checkpoint: &Checkpoint,
+    ) -> Result<(), Damaged> {
+        let mut archive = Archive::unpack(checkpoint.luggage.clone());
+        simulation.go_on(checkpoint.step, &checkpoint.state(), &mut archive)?;
+        self.carry(&mut archive);
+        archive.finish()
+    }
+
+    /// The error of the time step so far (m), if it is known.
+    pub fn known_error(&self) -> Option<f64> {
+        self.error.filter(|error| error.is_finite())
+    }
+
+    fn carry(&mut self, archive: &mut Archive) {
+        archive.count(&mut self.frames);
+        archive.option(&mut self.error, Archive::real);
+        self.audited.carry(archive);
+    }
+}
+
+/// The texts of the meshes that a scene names. Those that can't be read again are left out: the scene's own file is
+/// asked then.
+fn meshes(loaded: &LoadedScene) -> Vec<(String, String)> {
+    let texts = mesh_texts(loaded).unwrap_or_default();
+    let bytes: usize = texts.values().map(String::len).sum();
+    if bytes > MOST_MESHES {
+        return Vec::new();
+    }
+    texts.into_iter().collect()
 }
 
 impl Capture {
@@ -311,6 +370,7 @@ fn checkpoint(simulation: &Simulation) -> Checkpoint {
         step: simulation.stats().steps,
         time: state.time,
         cloths: cloths.collect(),
+        luggage: Vec::new(),
     }
 }
 

@@ -22,7 +22,7 @@ use crate::collision::{Contact, Contacts};
 use crate::energy::potential;
 use crate::linear::Solve;
 use crate::model::Model;
-use crate::state::State;
+use crate::state::{Archive, State};
 use glam::DVec3;
 
 /// How the nonlinear equation of a stage is solved.
@@ -129,6 +129,14 @@ impl BackwardEuler {
             change: zero,
             power: 0.0,
         }
+    }
+
+    /// Carries over where the next search starts.
+    pub(super) fn carry(&mut self, archive: &mut Archive) {
+        archive.vectors(&mut self.change);
+        archive.real(&mut self.power);
+        self.system.carry(archive);
+        self.system.carry_diagonal(archive);
     }
 
     /// Lets the next search start at rest, if that leaves less than starting at `velocities`: there Φ is the

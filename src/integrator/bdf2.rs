@@ -8,7 +8,7 @@ use super::backward_euler::{BackwardEuler, Nonlinear, Stage, aim};
 use crate::collision::Contacts;
 use crate::linear::Solve;
 use crate::model::Model;
-use crate::state::State;
+use crate::state::{Archive, State};
 use glam::DVec3;
 use std::any::Any;
 
@@ -127,6 +127,14 @@ impl Scheme for Bdf2 {
         if let Some(other) = (other as &dyn Any).downcast_ref::<Self>() {
             self.history.copy_from(&other.history);
         }
+    }
+
+    fn carry(&mut self, _: &Model, archive: &mut Archive) {
+        let History { dt, previous, left } = &mut self.history;
+        archive.real(dt);
+        previous.carry(archive);
+        left.carry(archive);
+        self.stage.carry(archive);
     }
 }
 

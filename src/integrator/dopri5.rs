@@ -7,7 +7,7 @@ use super::explicit::Accelerations;
 use crate::collision::Contacts;
 use crate::linear::Solve;
 use crate::model::Model;
-use crate::state::State;
+use crate::state::{Archive, State};
 use glam::DVec3;
 use std::any::Any;
 
@@ -223,5 +223,9 @@ impl Scheme for Dopri5 {
         if let Some(other) = (other as &dyn Any).downcast_ref::<Self>() {
             self.step = other.step * (self.tolerance / other.tolerance).powf(0.2);
         }
+    }
+
+    fn carry(&mut self, _: &Model, archive: &mut Archive) {
+        archive.real(&mut self.step);
     }
 }

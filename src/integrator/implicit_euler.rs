@@ -22,7 +22,7 @@ use crate::energy::{elastic, kinetic};
 use crate::force::Force as _;
 use crate::linear::Solve;
 use crate::model::Model;
-use crate::state::State;
+use crate::state::{Archive, State};
 use glam::DVec3;
 use std::any::Any;
 
@@ -88,6 +88,20 @@ impl ImplicitEuler {
         solve
     }
 
+    /// What solves a step whole.
+    fn whole(&mut self, model: &Model) -> &mut (BackwardEuler, State) {
+        let (residual, iterations) = WHOLE;
+        let settings = Nonlinear {
+            residual,
+            iterations,
+            linear: self.linear,
+        };
+        self.whole.get_or_insert_with(|| {
+            let start = State::at_rest(vec![DVec3::ZERO; model.particles()]);
+            (BackwardEuler::new(model, settings), start)
+        })
+    }
+
     /// The step solved whole.
     fn step_whole(
         &mut self,
@@ -96,16 +110,7 @@ impl ImplicitEuler {
         dt: f64,
         state: &mut State,
     ) -> Solve {
-        let (residual, iterations) = WHOLE;
-        let settings = Nonlinear {
-            residual,
-            iterations,
-            linear: self.linear,
-        };
-        let (stage, start) = self.whole.get_or_insert_with(|| {
-            let start = State::at_rest(vec![DVec3::ZERO; model.particles()]);
-            (BackwardEuler::new(model, settings), start)
-        });
+        let (stage, start) = self.whole(model);
         stage.begin_at_rest(&state.velocities);
         newton::step(stage, start, model, contacts, dt, state)
     }
@@ -156,6 +161,16 @@ impl Scheme for ImplicitEuler {
     fn follow(&mut self, other: &dyn Scheme) {
         if let Some(other) = (other as &dyn Any).downcast_ref::<Self>() {
             self.surplus.follow(&other.surplus);
+        }
+    }
+
+    fn carry(&mut self, model: &Model, archive: &mut Archive) {
+        self.surplus.carry(archive);
+        self.system.carry(archive);
+        let mut needed = self.whole.is_some();
+        archive.flag(&mut needed);
+        if needed {
+            self.whole(model).0.carry(archive);
         }
     }
 }

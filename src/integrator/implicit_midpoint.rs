@@ -24,7 +24,7 @@ use crate::energy::{elastic, kinetic};
 use crate::force::Force as _;
 use crate::linear::Solve;
 use crate::model::Model;
-use crate::state::State;
+use crate::state::{Archive, State};
 use glam::DVec3;
 use std::any::Any;
 
@@ -163,5 +163,10 @@ impl Scheme for ImplicitMidpoint {
         if let Some(other) = (other as &dyn Any).downcast_ref::<Self>() {
             self.surplus.follow(&other.surplus);
         }
+    }
+
+    fn carry(&mut self, _: &Model, archive: &mut Archive) {
+        self.surplus.carry(archive);
+        self.stage.carry(archive);
     }
 }

@@ -12,7 +12,7 @@ use crate::linear::{
 };
 use crate::model::{Cloth, Model};
 use crate::scene::LinearSolverName;
-use crate::state::State;
+use crate::state::{Archive, State};
 use glam::{DMat3, DVec3};
 
 /// How the linear systems of a scheme are solved.
@@ -104,6 +104,26 @@ impl LinearSystem {
             direct_solves: 0,
             product: vec![DVec3::ZERO; particles],
         }
+    }
+
+    /// Carries over which way the next solves go.
+    pub(super) fn carry(&mut self, archive: &mut Archive) {
+        archive.small(&mut self.coarse_solves);
+        archive.small(&mut self.direct_solves);
+        let mut asked = self.asked;
+        archive.flag(&mut asked);
+        if asked {
+            self.direct();
+        }
+    }
+
+    /// Carries over the size of the last matrix, by which a stage that had nothing to do tells what is rounding.
+    pub(super) fn carry_diagonal(&mut self, archive: &mut Archive) {
+        archive.real(&mut self.gamma);
+        archive.each(&mut self.diagonal, |archive, block| {
+            archive.real(&mut block.x_axis.x);
+            archive.real(&mut block.y_axis.y);
+        });
     }
 
     /// Takes the constraints of pins and lasting contacts.

@@ -26,7 +26,7 @@ use crate::collision::Contacts;
 use crate::linear::Solve;
 use crate::model::Model;
 use crate::scene::{IntegratorName, Solver};
-use crate::state::State;
+use crate::state::{Archive, State};
 use bdf2::Bdf2;
 use dopri5::Dopri5;
 use euler::Euler;
@@ -228,4 +228,8 @@ pub trait Scheme: Any + Debug + Send {
     /// Takes what another one of the same scheme and model carries over from its last step, to go on in
     /// its place: all that the next step's result depends on by more than its tolerance.
     fn follow(&mut self, _other: &dyn Scheme) {}
+
+    /// Carries over all that the next step's bits depend on besides the state, its contacts and the model, in which
+    /// the pins of the state's time are released already.
+    fn carry(&mut self, _model: &Model, _archive: &mut Archive) {}
 }

@@ -5,7 +5,7 @@ use super::backward_euler::{BackwardEuler, Nonlinear, Stage, aim};
 use crate::collision::Contacts;
 use crate::linear::Solve;
 use crate::model::Model;
-use crate::state::State;
+use crate::state::{Archive, State};
 
 /// The scheme at work.
 #[derive(Debug)]
@@ -34,6 +34,10 @@ impl Scheme for Newton {
     ) -> Solve {
         state.copy_from(before);
         step(&mut self.stage, &mut self.start, model, contacts, dt, state)
+    }
+
+    fn carry(&mut self, _: &Model, archive: &mut Archive) {
+        self.stage.carry(archive);
     }
 }
 

@@ -4,7 +4,7 @@ use super::Scheme;
 use crate::collision::Contacts;
 use crate::linear::Solve;
 use crate::model::Model;
-use crate::state::State;
+use crate::state::{Archive, State};
 use std::any::Any;
 
 /// Halvings of a step before it is taken as it is: sixteen parts.
@@ -106,6 +106,10 @@ impl<S: Scheme + 'static> Scheme for Retry<S> {
         if let Some(other) = (other as &dyn Any).downcast_ref::<Self>() {
             self.scheme.follow(&other.scheme);
         }
+    }
+
+    fn carry(&mut self, model: &Model, archive: &mut Archive) {
+        self.scheme.carry(model, archive);
     }
 }
 

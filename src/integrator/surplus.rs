@@ -1,7 +1,7 @@
 //! Energy that a scheme makes by itself, and taking back the step that makes too much.
 
 use crate::collision::{Contacts, Grip};
-use crate::state::State;
+use crate::state::{Archive, State};
 
 /// What a scheme has made and not lost again, and what a step that makes too much is taken back to.
 #[derive(Debug, Default)]
@@ -49,6 +49,12 @@ impl Surplus {
 
     pub(super) fn follow(&mut self, other: &Self) {
         self.booked = other.booked;
+    }
+
+    /// Carries over what is booked.
+    pub(super) fn carry(&mut self, archive: &mut Archive) {
+        archive.real(&mut self.booked.made);
+        archive.real(&mut self.booked.most);
     }
 
     /// Books the energy that a step made (J), negative when it lost some, up to a state that has

@@ -8,7 +8,7 @@ use crate::collision::Contacts;
 use crate::force::ForcePass;
 use crate::linear::{Chunks, Solve};
 use crate::model::Model;
-use crate::state::State;
+use crate::state::{Archive, State};
 use glam::DVec3;
 use std::any::Any;
 
@@ -166,6 +166,12 @@ impl Scheme for Verlet {
         } else {
             self.released = None;
         }
+    }
+
+    fn carry(&mut self, _: &Model, archive: &mut Archive) {
+        archive.vectors(&mut self.forces);
+        archive.vectors(&mut self.at);
+        archive.option(&mut self.released, Archive::index);
     }
 }
 

@@ -23,7 +23,7 @@ pub(super) const TOUCHING: [u8; 3] = [120, 125, 135];
 /// Colour of a particle inside an obstacle.
 pub(super) const PENETRATING: [u8; 3] = [255, 30, 30];
 /// Colour of obstacles: neutral, so that only strain is coloured.
-pub(super) const OBSTACLE: [u8; 3] = [138, 142, 150];
+pub(crate) const OBSTACLE: [u8; 3] = [138, 142, 150];
 
 /// Colours of the series of a plot, in turn.
 pub(super) const SERIES: [[u8; 3]; 8] = [

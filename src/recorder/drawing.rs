@@ -51,7 +51,7 @@ impl Drawing {
             if cloth.triangles.is_empty() {
                 log_particles(stream, &paths.mesh, state, header.strain_range)?;
             } else {
-                log_mesh(stream, &paths.mesh, cloth, state, header.strain_range)?;
+                log_mesh(stream, &paths.mesh, cloth, state, header)?;
             }
             for (f, (path, shown)) in paths.springs.iter().zip(shown).enumerate() {
                 if draws(header.spring_detail, cloth, f) {
@@ -66,9 +66,10 @@ impl Drawing {
         let bodies = self.obstacles.iter().zip(&header.obstacles);
         for ((path, body), positions) in bodies.zip(&frame.obstacles) {
             if let Some(positions) = positions {
-                let mesh = Mesh3D::update_fields()
-                    .with_vertex_positions(positions)
-                    .with_vertex_normals(normals::smooth(positions, &body.triangles));
+                let mut mesh = Mesh3D::update_fields().with_vertex_positions(positions);
+                if !header.flat {
+                    mesh = mesh.with_vertex_normals(normals::smooth(positions, &body.triangles));
+                }
                 stream.log(path.clone(), &mesh)?;
             }
         }
@@ -124,14 +125,16 @@ fn log_mesh(
     path: &EntityPath,
     cloth: &ClothHeader,
     state: &ClothFrame,
-    range: f32,
+    header: &Header,
 ) -> RecordingStreamResult<()> {
-    let normals = normals::smooth(&state.positions, &cloth.triangles);
-    let colors = state.strain.iter().map(|&s| color::of_strain(s, range));
-    let mesh = Mesh3D::update_fields()
+    let strains = state.strain.iter();
+    let colors = strains.map(|&s| color::of_strain(s, header.strain_range));
+    let mut mesh = Mesh3D::update_fields()
         .with_vertex_positions(&state.positions)
-        .with_vertex_normals(&normals)
         .with_vertex_colors(colors);
+    if !header.flat {
+        mesh = mesh.with_vertex_normals(normals::smooth(&state.positions, &cloth.triangles));
+    }
     stream.log(path.clone(), &mesh)
 }
 

@@ -28,6 +28,13 @@ pub(crate) const SCENE: &str = "scene";
 /// The `f64` states.
 pub(crate) const CHECKPOINT: &str = "checkpoint";
 
+/// What a branch started with.
+pub(crate) const START: &str = "start";
+/// The hash of the state in each frame.
+pub(crate) const STATE_HASH: [&str; 2] = ["solver", "state_hash"];
+/// Path and text of each OBJ mesh that the scene names, below [`SCENE`].
+pub(crate) const MESHES: &str = "meshes";
+
 /// The path whose parts are `parts`, whatever characters they hold.
 pub(crate) fn path(parts: &[&str]) -> EntityPath {
     let parts = parts.iter().map(|&part| EntityPathPart::new(part));
@@ -42,6 +49,11 @@ pub(crate) fn body(name: &str) -> EntityPath {
 /// `/checkpoint/<cloth>`: positions and velocities.
 pub(crate) fn cloth_checkpoint(cloth: &str) -> EntityPath {
     path(&[CHECKPOINT, cloth])
+}
+
+/// `/start/<cloth>`: positions and velocities.
+pub(crate) fn cloth_start(cloth: &str) -> EntityPath {
+    path(&[START, cloth])
 }
 
 /// The path of a series such as `energy/kinetic`.

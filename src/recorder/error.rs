@@ -1,6 +1,8 @@
 //! What can go wrong while recording, each with its cause and remedy.
 
 use std::io;
+#[cfg(feature = "rerun")]
+use std::path::Path;
 use std::path::PathBuf;
 
 /// Why a recording failed.
@@ -14,6 +16,12 @@ pub enum RecordError {
         path: PathBuf,
         /// What the system says.
         source: io::Error,
+    },
+    /// The file exists, and nobody said that it may be replaced.
+    #[error("{} exists; give another name with --save, or replace it with --force", .path.display())]
+    Exists {
+        /// The file.
+        path: PathBuf,
     },
     /// The address of the viewer isn't one.
     #[error("`{url}` is no viewer address: {reason}; write rerun+http://HOST:9876/proxy")]
@@ -64,6 +72,22 @@ pub enum RecordError {
         /// What Rerun says.
         message: String,
     },
+}
+
+impl RecordError {
+    /// What the system says about a recording's file.
+    #[cfg(feature = "rerun")]
+    pub(super) fn of_file(path: &Path, source: io::Error) -> Self {
+        let path = path.to_owned();
+        match source.kind() {
+            io::ErrorKind::AlreadyExists if path.is_dir() => Self::CannotWrite {
+                path,
+                source: io::ErrorKind::IsADirectory.into(),
+            },
+            io::ErrorKind::AlreadyExists => Self::Exists { path },
+            _ => Self::CannotWrite { path, source },
+        }
+    }
 }
 
 /// What to do about a file that can't be written.

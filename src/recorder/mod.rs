@@ -19,9 +19,7 @@ mod camera;
 #[cfg(feature = "rerun")]
 pub(crate) mod checkpoint;
 #[cfg(feature = "rerun")]
-mod color;
-#[cfg(feature = "rerun")]
-pub(crate) mod disk;
+pub(crate) mod color;
 #[cfg(feature = "rerun")]
 mod drawing;
 #[cfg(feature = "rerun")]
@@ -29,11 +27,13 @@ pub(crate) mod entity;
 #[cfg(feature = "rerun")]
 pub(crate) mod feed;
 #[cfg(feature = "rerun")]
+mod file;
+#[cfg(feature = "rerun")]
 mod frame_set;
 #[cfg(feature = "rerun")]
 mod live;
 #[cfg(feature = "rerun")]
-mod normals;
+pub(crate) mod normals;
 #[cfg(feature = "rerun")]
 mod panels;
 #[cfg(feature = "rerun")]
@@ -60,6 +60,8 @@ pub use discard::DiscardRecorder;
 pub use error::RecordError;
 pub use memory::MemoryRecorder;
 
+#[cfg(feature = "rerun")]
+pub(crate) use self::file::MOST_LISTED;
 #[cfg(feature = "rerun")]
 pub use self::rerun::RerunRecorder;
 #[cfg(feature = "rerun")]

@@ -4,7 +4,7 @@
 ///
 /// n ∝ Σ (b − a) × (c − a), whose length is twice the triangle's area. Up (+y) where that
 /// vanishes. Triangles with a vertex that doesn't exist are left out.
-pub(super) fn smooth(positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> Vec<[f32; 3]> {
+pub(crate) fn smooth(positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> Vec<[f32; 3]> {
     let mut normals = vec![[0.0; 3]; positions.len()];
     for triangle in triangles {
         let [i, j, k] = triangle.map(|vertex| vertex as usize);

@@ -2,7 +2,6 @@
 
 use std::collections::BTreeSet;
 use std::fmt;
-use std::path::PathBuf;
 use std::time::Duration;
 
 use rerun::log::ChunkBatcherConfig;
@@ -10,21 +9,20 @@ use rerun::{RecordingStream, RecordingStreamBuilder, RecordingStreamError};
 
 use super::camera::Camera;
 use super::drawing::Drawing;
+use super::file::RecordingFile;
 use super::live::LiveViewer;
 use super::plots::Plots;
 use super::targets::{Open, Targets};
 use super::{RecordError, Recorded, Recorder};
-use super::{blueprint, checkpoint, disk, entity, statics};
+use super::{blueprint, checkpoint, entity, statics};
 use crate::frame::{Frame, Header};
 
 /// Longest wait before rows are sent off while a viewer watches: a frame at 30 a second.
 const LIVE_TICK: Duration = Duration::from_millis(33);
 /// The same for a file alone. Each entity costs 1.3 kB a tick, and a killed run loses one tick.
-const FILE_TICK: Duration = Duration::from_millis(500);
-/// After so many frames the disk is checked: about every 7 MB with a 60 × 60 sheet.
-const CHECK_EVERY: u64 = 64;
-/// A disk that needs longer for that is slow, not full.
-const CHECK_TIME: Duration = Duration::from_secs(5);
+const FILE_TICK: Duration = Duration::from_millis(200);
+/// What is static has that time to be sent.
+const START_TIME: Duration = Duration::from_secs(5);
 /// For all that is still on its way when a run ends: 100 MB at most.
 const FINISH_TIME: Duration = Duration::from_secs(60);
 
@@ -35,7 +33,7 @@ const FINISH_TIME: Duration = Duration::from_secs(60);
 pub struct RerunRecorder {
     header: Header,
     stream: RecordingStream,
-    file: Option<PathBuf>,
+    file: Option<RecordingFile>,
     viewers: Vec<LiveViewer>,
     drawing: Drawing,
     plots: Plots,
@@ -52,7 +50,11 @@ impl RerunRecorder {
     /// started, or two things of the scene have one name.
     pub fn new(header: &Header, targets: &Targets) -> Result<Self, RecordError> {
         check_names(header)?;
-        let Open { sinks, viewers } = targets.open()?;
+        let Open {
+            sinks,
+            file,
+            viewers,
+        } = targets.open()?;
         let flush_tick = if viewers.is_empty() {
             FILE_TICK
         } else {
@@ -64,11 +66,11 @@ impl RerunRecorder {
         };
         let stream = builder(header).batcher_config(batching).set_sinks(sinks)?;
         let mut recorder = Self::with_stream(header, stream)?;
-        recorder.file.clone_from(&targets.save);
+        recorder.file = file;
         recorder.viewers = viewers;
         // Rows of one tick are sent in no certain order, but a mesh without its triangles is an
         // error to the viewer: what is static goes first.
-        recorder.check_disk(CHECK_TIME)?;
+        recorder.flush(START_TIME)?;
         Ok(recorder)
     }
 
@@ -97,15 +99,11 @@ impl RerunRecorder {
         self.stream.set_time_sequence(entity::FRAME, number);
     }
 
-    fn check_disk(&self, timeout: Duration) -> Result<(), RecordError> {
-        match &self.file {
-            Some(path) => disk::flush(&self.stream, path, timeout),
-            None => {
-                // Viewers take what they can: there is nothing to wait for.
-                self.stream.flush_with_timeout(timeout).ok();
-                Ok(())
-            }
-        }
+    /// Sends off what was logged. A disk that is only slow is no error: the stream waits by itself when too much is
+    /// on its way, and viewers take what they can.
+    fn flush(&self, timeout: Duration) -> Result<(), RecordError> {
+        self.stream.flush_with_timeout(timeout).ok();
+        self.file.as_ref().map_or(Ok(()), RecordingFile::check)
     }
 }
 
@@ -123,28 +121,28 @@ impl Recorder for RerunRecorder {
         self.set_time(frame);
         self.drawing.log(&self.stream, &self.header, frame)?;
         self.plots.log(&self.stream, frame)?;
+        checkpoint::log_hash(&self.stream, frame.hash)?;
         if let Some(state) = &frame.checkpoint {
             checkpoint::log(&self.stream, state)?;
         }
         self.frames += 1;
-        if self.frames.is_multiple_of(CHECK_EVERY) {
-            self.check_disk(CHECK_TIME)?;
+        if self.frames == 1 {
+            // From here on there is something to go on from, whenever the run is killed.
+            self.flush(START_TIME)?;
         }
-        Ok(())
+        self.file.as_ref().map_or(Ok(()), RecordingFile::check)
     }
 
     fn finish(&mut self) -> Result<Recorded, RecordError> {
         if !self.finished {
             self.finished = true;
-            let flushed = self.check_disk(FINISH_TIME);
-            self.stream.finalize_deferred_sinks();
+            statics::log_end(&self.stream, self.frames)?;
+            let flushed = self.flush(FINISH_TIME);
+            let completed = self.file.as_ref().map_or(Ok(()), RecordingFile::complete);
             for viewer in &self.viewers {
                 viewer.finish();
             }
-            flushed?;
-            if let Some(path) = &self.file {
-                disk::check_complete(path)?;
-            }
+            flushed.and(completed)?;
         }
         Ok(Recorded {
             frames: self.frames,

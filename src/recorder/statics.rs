@@ -5,13 +5,13 @@
 
 use std::sync::Arc;
 
-use rerun::external::arrow::array::StringArray;
+use rerun::external::arrow::array::{StringArray, UInt64Array};
 use rerun::log::Chunk;
 use rerun::{AnyValues, LineStrips3D, Mesh3D, Points3D, Radius, RecordingStream};
 use rerun::{RecordingStreamResult, Rgba32, SeriesLines, TextDocument, ViewCoordinates};
 
 use super::entity::{self, ClothPaths};
-use super::{color, drawing, normals, panels, properties};
+use super::{checkpoint, color, drawing, normals, panels, properties};
 use crate::frame::{ClothHeader, Header, ObstacleHeader, Series};
 
 /// Component of `/scene` that holds the scene's TOML as it was run, for those who read it back.
@@ -20,6 +20,13 @@ pub(crate) const TOML: &str = "toml";
 pub(crate) const CLOTHS: &str = "cloths";
 /// The same with the obstacles' names.
 pub(crate) const OBSTACLES: &str = "obstacles";
+
+/// The same with what the recording is a branch of.
+pub(crate) const BRANCH: &str = "branch_of";
+/// The same with the number of frames, at the end of a complete recording.
+pub(crate) const FRAMES: &str = "frames";
+/// Component of `/scene/meshes/<path>` with the text of an OBJ mesh.
+pub(crate) const TEXT: &str = "text";
 
 /// Width of a spring's line, in points of the screen.
 const SPRING_WIDTH: f32 = 0.9;
@@ -41,6 +48,9 @@ pub(super) fn log(stream: &RecordingStream, header: &Header) -> RecordingStreamR
     stream.log_static(entity::WORLD, &ViewCoordinates::RIGHT_HAND_Y_UP())?;
     properties::log(stream, &header.facts)?;
     log_scene(stream, header)?;
+    if let Some(start) = &header.start {
+        checkpoint::log_start(stream, start)?;
+    }
     for cloth in &header.cloths {
         log_cloth(stream, header, cloth)?;
     }
@@ -79,13 +89,30 @@ fn log_scene(stream: &RecordingStream, header: &Header) -> RecordingStreamResult
         (TOML, vec![header.scene_toml.as_str()]),
         (CLOTHS, cloths.collect()),
         (OBSTACLES, obstacles.collect()),
+        (BRANCH, vec![header.branch.as_str()]),
     ] {
         values = values.with_component_from_data(component, Arc::new(StringArray::from(texts)));
     }
+    stream.log_static(entity::SCENE, &values)?;
+    for (path, text) in &header.meshes {
+        let values = AnyValues::default()
+            .with_component_from_data(TEXT, Arc::new(StringArray::from(vec![text.as_str()])));
+        stream.log_static(
+            entity::path(&[entity::SCENE, entity::MESHES, path]),
+            &values,
+        )?;
+    }
+    Ok(())
+}
+
+/// Says that the recording is complete, and how many frames it has.
+pub(super) fn log_end(stream: &RecordingStream, frames: u64) -> RecordingStreamResult<()> {
+    let frames = Arc::new(UInt64Array::from(vec![frames]));
+    let values = AnyValues::default().with_component_from_data(FRAMES, frames);
     stream.log_static(entity::SCENE, &values)
 }
 
-/// What this chunk of `/scene` says to those who read it back: the texts of [`TOML`], [`CLOTHS`] or [`OBSTACLES`].
+/// What this chunk of `/scene` says to those who read it back: the texts of one of its components.
 pub(crate) fn texts_of(chunk: &Chunk, component: &'static str) -> Option<Vec<String>> {
     let texts = chunk.iter_slices::<String>(component.into()).next()?;
     Some(texts.iter().map(|text| text.as_str().to_owned()).collect())

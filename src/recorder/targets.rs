@@ -1,19 +1,23 @@
 //! Where a run is recorded to, and the sinks for it.
 
-use std::fs::OpenOptions;
+use std::fs::{self, OpenOptions};
+use std::io;
 use std::path::{Path, PathBuf};
 
-use rerun::sink::{FileSink, FileSinkError, LogSink};
+use rerun::sink::LogSink;
 
 use super::RecordError;
+use super::file::RecordingFile;
 use super::live::LiveViewer;
 use super::viewer::Viewer;
 
 /// Where a run is recorded to: a file, live viewers, or both.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Targets {
-    /// The `.rrd` file to write; one that exists is replaced.
+    /// The `.rrd` file to write.
     pub save: Option<PathBuf>,
+    /// Replace a file that exists.
+    pub force: bool,
     /// Address of a viewer that listens, such as `rerun+http://127.0.0.1:9876/proxy`.
     pub connect: Option<String>,
     /// Port of this machine at which viewers may fetch the recording.
@@ -26,6 +30,8 @@ pub struct Targets {
 pub(super) struct Open {
     /// What the stream writes to.
     pub(super) sinks: Vec<Box<dyn LogSink>>,
+    /// The file, if there is one.
+    pub(super) file: Option<RecordingFile>,
     /// The viewers at the other ends.
     pub(super) viewers: Vec<LiveViewer>,
 }
@@ -38,23 +44,29 @@ impl Targets {
     pub(super) fn open(&self) -> Result<Open, RecordError> {
         let Self {
             save,
+            force,
             connect,
             serve,
             spawn,
         } = self;
         let mut open = Open {
             sinks: Vec::new(),
+            file: None,
             viewers: Vec::new(),
         };
         let mut kinds = Vec::new();
         kinds.extend(connect.as_deref().map(Viewer::at).transpose()?);
         kinds.extend(serve.map(Viewer::served).transpose()?);
-        save.as_deref().map(check_writable).transpose()?;
+        save.as_deref()
+            .map(|path| check_writable(path, *force))
+            .transpose()?;
         if *spawn {
             kinds.push(Viewer::spawned()?);
         }
         if let Some(path) = save {
-            open.sinks.push(Box::new(create(path.clone())?));
+            let (sink, file) = RecordingFile::create(path, *force)?;
+            open.sinks.push(Box::new(sink));
+            open.file = Some(file);
         }
         for kind in kinds {
             let (sink, viewer) = LiveViewer::start(kind)?;
@@ -68,22 +80,17 @@ impl Targets {
     }
 }
 
-/// Can the recording's file be written? Leaves what is in it.
-fn check_writable(path: &Path) -> Result<(), RecordError> {
+/// Can the recording's file be written? Leaves what is in it, and nothing where nothing was.
+fn check_writable(path: &Path, force: bool) -> Result<(), RecordError> {
+    let of_file = |source| RecordError::of_file(path, source);
+    if path.exists() && !force {
+        return Err(of_file(io::ErrorKind::AlreadyExists.into()));
+    }
+    let existed = path.exists();
     let opened = OpenOptions::new().append(true).create(true).open(path);
-    opened.map(drop).map_err(|source| RecordError::CannotWrite {
-        path: path.to_owned(),
-        source,
-    })
-}
-
-/// Creates the recording's file.
-fn create(path: PathBuf) -> Result<FileSink, RecordError> {
-    FileSink::new(path.clone()).map_err(|error| match error {
-        FileSinkError::CreateFile { source, path } => RecordError::CannotWrite { path, source },
-        other => RecordError::CannotWrite {
-            path,
-            source: std::io::Error::other(other.to_string()),
-        },
-    })
+    opened.map_err(of_file)?;
+    if !existed {
+        fs::remove_file(path).map_err(of_file)?;
+    }
+    Ok(())
 }

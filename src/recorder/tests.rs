@@ -144,7 +144,8 @@ fn a_recording_has_the_expected_entities_and_rows() {
         ("/checkpoint/my\\ sheet", (0, 1)),
         ("/energy/kinetic", (1, 2)), // the NaN leaves a gap
         ("/log", (0, 1)),
-        ("/scene", (2, 0)),
+        ("/scene", (3, 0)), // its text, what is read back, and the end
+        ("/solver/state_hash", (0, 3)),
         ("/strain/histogram", (0, 3)),
         ("/world", (1, 0)),
         ("/world/contacts", (1, 2)), // one to show it, one to take it away

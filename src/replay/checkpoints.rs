@@ -1,10 +1,15 @@
 //! The `f64` states in a recording.
 
+use super::frames::seconds;
 use super::{ReadError, for_each_chunk};
 use crate::frame::{Checkpoint, ClothCheckpoint};
-use crate::recorder::checkpoint::{Mark, marks, particles};
+use crate::recorder::checkpoint::{Mark, hashes, luggage, marks, particles};
 use crate::recorder::entity;
+use std::collections::BTreeMap;
 use std::path::Path;
+
+/// Times of checkpoints are sums of steps, and round (s).
+const ROUNDING: f64 = 1e-9;
 
 /// Which checkpoint.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -13,6 +18,21 @@ pub enum At {
     Last,
     /// The last one at or before this time (s).
     Time(f64),
+}
+
+/// Reads the first checkpoint of a recording.
+///
+/// # Errors
+///
+/// As [`read_checkpoint`].
+pub fn read_first_checkpoint(path: &Path) -> Result<Checkpoint, ReadError> {
+    let marks = complete_marks(path)?.into_iter();
+    match marks.min_by(|a, b| a.time.total_cmp(&b.time).then(a.step.cmp(&b.step))) {
+        Some(mark) => gather(path, &mark),
+        None => Err(ReadError::NoCheckpoint {
+            path: path.to_owned(),
+        }),
+    }
 }
 
 /// Reads a checkpoint of a recording, bit for bit as it was recorded.
@@ -27,7 +47,7 @@ pub fn read_checkpoint(path: &Path, at: At) -> Result<Checkpoint, ReadError> {
     let first = complete.iter().map(|mark| mark.time).reduce(f64::min);
     let wanted = complete.into_iter().filter(|mark| match at {
         At::Last => true,
-        At::Time(time) => mark.time <= time,
+        At::Time(time) => mark.time <= time + ROUNDING,
     });
     // Of two at one time the one with more steps.
     let latest = wanted.max_by(|a, b| a.time.total_cmp(&b.time).then(a.step.cmp(&b.step)));
@@ -37,6 +57,46 @@ pub fn read_checkpoint(path: &Path, at: At) -> Result<Checkpoint, ReadError> {
         (None, Some(first), At::Time(time)) => Err(ReadError::TooEarly { path, time, first }),
         (None, ..) => Err(ReadError::NoCheckpoint { path }),
     }
+}
+
+/// Times (s) of the checkpoints of which everything is there, in order.
+///
+/// # Errors
+///
+/// When the file can't be read or is no recording.
+pub fn checkpoint_times(path: &Path) -> Result<Vec<f64>, ReadError> {
+    let mut times: Vec<f64> = complete_marks(path)?.iter().map(|mark| mark.time).collect();
+    times.sort_by(f64::total_cmp);
+    Ok(times)
+}
+
+/// The hash of the state in a frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StateHash {
+    /// Simulated time of the frame (s).
+    pub time: f64,
+    /// See [`State::hash`](crate::state::State::hash).
+    pub hash: u64,
+}
+
+/// The hashes of the states by the frames' numbers.
+///
+/// # Errors
+///
+/// When the file can't be read or is no recording.
+pub fn state_hashes(path: &Path) -> Result<BTreeMap<u64, StateHash>, ReadError> {
+    let entity = entity::path(&entity::STATE_HASH);
+    let mut all = BTreeMap::new();
+    for_each_chunk(path, |chunk| {
+        if *chunk.entity_path() == entity {
+            let rows = hashes(&chunk).into_iter();
+            all.extend(rows.map(|(frame, time, hash)| {
+                let time = seconds(time);
+                (frame.cast_unsigned(), StateHash { time, hash })
+            }));
+        }
+    })?;
+    Ok(all)
 }
 
 /// The checkpoints of which everything is there.
@@ -68,13 +128,17 @@ fn complete_marks(path: &Path) -> Result<Vec<Mark>, ReadError> {
 fn gather(path: &Path, mark: &Mark) -> Result<Checkpoint, ReadError> {
     let names = mark.cloths.iter();
     let paths: Vec<_> = names.map(|cloth| entity::cloth_checkpoint(cloth)).collect();
+    let root = entity::path(&[entity::CHECKPOINT]);
     let mut found: Vec<Option<Vec<[f64; 6]>>> = vec![None; paths.len()];
+    let mut carried = None;
     for_each_chunk(path, |chunk| {
         let cloth = paths.iter().position(|path| path == chunk.entity_path());
         if let Some(cloth) = cloth
             && let Some(state) = particles(&chunk, mark.frame)
         {
             found[cloth] = Some(state);
+        } else if *chunk.entity_path() == root {
+            carried = carried.take().or_else(|| luggage(&chunk, mark.frame));
         }
     })?;
     let cloths = mark.cloths.iter().zip(found);
@@ -92,6 +156,7 @@ fn gather(path: &Path, mark: &Mark) -> Result<Checkpoint, ReadError> {
         cloths: cloths.ok_or_else(|| ReadError::NoCheckpoint {
             path: path.to_owned(),
         })?,
+        luggage: carried.unwrap_or_default(),
     })
 }
 
@@ -122,6 +187,7 @@ mod tests {
             step,
             time: step as f64 * 0.1,
             cloths: vec![cloth("zeta, front/1", 3), cloth("alpha", 2)],
+            luggage: vec![step as u8; 100],
         }
     }
 

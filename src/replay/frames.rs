@@ -1,6 +1,6 @@
 //! The frames of a recording, one after another.
 
-use super::layout::positions;
+use super::layout::{colors, positions};
 use super::{Layout, ReadError, for_each_chunk};
 use crate::recorder::entity;
 use rerun::EntityPath;
@@ -18,6 +18,8 @@ pub struct RecordedFrame {
     pub time: f64,
     /// Particle positions (m) of each cloth of the [`Layout`].
     pub cloths: Vec<Vec<[f32; 3]>>,
+    /// Colour of each particle of each cloth by its strain (sRGB); none where none are recorded.
+    pub colors: Vec<Vec<[u8; 3]>>,
     /// Vertex positions (m) of each obstacle that moves.
     pub obstacles: Vec<Option<Vec<[f32; 3]>>>,
 }
@@ -28,6 +30,8 @@ struct Partial {
     time: f64,
     /// One entry an entity of [`Frames::entities`].
     positions: Vec<Option<Vec<[f32; 3]>>>,
+    /// The same.
+    colors: Vec<Vec<[u8; 3]>>,
     missing: usize,
 }
 
@@ -105,12 +109,16 @@ impl Frames {
             return;
         };
         let count = self.entities.len();
-        for ((&frame, &nanoseconds), positions) in frames.iter().zip(times).zip(positions(chunk)) {
+        let rows = frames.iter().zip(times).zip(positions(chunk));
+        let mut colors = colors(chunk);
+        for ((&frame, &nanoseconds), positions) in rows {
             let partial = self.waiting.entry(frame).or_insert_with(|| Partial {
                 time: seconds(nanoseconds),
                 positions: vec![None; count],
+                colors: vec![Vec::new(); count],
                 missing: count,
             });
+            partial.colors[entity] = colors.next().unwrap_or_default();
             if partial.positions[entity].replace(positions).is_none() {
                 partial.missing -= 1;
             }
@@ -126,7 +134,8 @@ impl Frames {
             if first.get().missing > 0 {
                 break;
             }
-            let (index, frame) = first.remove_entry();
+            let (index, mut frame) = first.remove_entry();
+            frame.colors.truncate(self.cloths);
             let mut positions = frame.positions.into_iter().flatten();
             let cloths = positions.by_ref().take(self.cloths).collect();
             let moves = self.moves.iter();
@@ -134,6 +143,7 @@ impl Frames {
                 index: index.cast_unsigned(),
                 time: frame.time,
                 cloths,
+                colors: frame.colors,
                 obstacles: moves
                     .map(|moves| moves.then(|| positions.next()).flatten())
                     .collect(),
@@ -143,10 +153,10 @@ impl Frames {
     }
 }
 
-/// Recorded times are whole nanoseconds.
+/// Recorded times are whole nanoseconds; the quotient is the number nearest to theirs.
 #[expect(clippy::cast_precision_loss, reason = "2⁵³ ns are 104 days")]
 pub(super) fn seconds(nanoseconds: i64) -> f64 {
-    nanoseconds as f64 * 1e-9
+    nanoseconds as f64 / 1e9
 }
 
 #[cfg(test)]
@@ -170,6 +180,7 @@ mod tests {
         };
         let header = Header {
             scene_toml: "name = \"a\"".to_owned(),
+            strain_range: 0.1,
             cloths: vec![
                 ClothHeader {
                     name: "my skirt/2".to_owned(),
@@ -192,7 +203,7 @@ mod tests {
         for index in 0..70_u16 {
             let cloth = |y: f32| ClothFrame {
                 positions: corners(y),
-                strain: vec![0.0; 3],
+                strain: vec![0.0, y, -y],
                 ..ClothFrame::default()
             };
             let y = f32::from(index);
@@ -251,6 +262,10 @@ mod tests {
             );
             assert_eq!(frame.cloths, [corners(y), corners(y + 0.25)]);
             assert_eq!(frame.obstacles, [None, Some(corners(-y))]);
+            let (linen, blue, red) = ([232, 227, 217], [33, 102, 172], [178, 24, 43]);
+            let strained = [linen, red, blue].map(|color| if k == 0 { linen } else { color });
+            assert_eq!(frame.colors[0], strained);
+            assert_eq!(frame.colors.len(), 2);
         }
         std::fs::remove_file(&path).unwrap();
     }

@@ -3,14 +3,20 @@
 use super::reading::Messages;
 use super::{ReadError, seconds};
 use crate::frame::Facts;
-use crate::recorder::{checkpoint, disk, entity, properties};
+use crate::recorder::{MOST_LISTED, checkpoint, entity, properties};
 use rerun::log::{Chunk, LogMsg};
 use rerun::{EntityPathPart, Scalars, TextLog};
 use std::collections::{BTreeMap, BTreeSet};
+use std::fs::File;
+use std::io::{self, Read as _, Seek as _, SeekFrom};
 use std::path::Path;
 
 /// What a file has besides rows: its name, where each chunk is, and what a killed run left half.
 const INDEX: &str = "(the file's own index)";
+
+/// The last bytes of a file with an index hold its mark.
+const TRAILER_BYTES: u64 = 32;
+const INDEX_MARK: &[u8] = b"RRF2FOOT";
 
 /// What a recording holds.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -78,10 +84,14 @@ impl Info {
             tally.add(&message, rows.as_ref(), bytes);
         }
         let mut info = tally.info;
-        info.complete = disk::is_complete(path).map_err(cannot_read)?;
         info.bytes = std::fs::metadata(path).map_err(cannot_read)?.len();
-        info.frames = tally.frames.len() as u64;
         info.checkpoints.sort_by(f64::total_cmp);
+        // A run ends with a checkpoint; its recording with an index, unless that would be too long.
+        let last = (info.checkpoints.last()).zip(info.span.as_ref());
+        let ended = last.is_some_and(|(checkpoint, (_, last))| (last - checkpoint).abs() < 1e-6);
+        let unlisted = tally.messages >= MOST_LISTED && done == info.bytes;
+        info.complete = has_index(path).map_err(cannot_read)? || (unlisted && ended);
+        info.frames = tally.frames.len() as u64;
         let told: u64 = tally.sizes.values().map(|(bytes, _)| bytes).sum();
         let rest = tally.sizes.entry(INDEX.to_owned()).or_default();
         rest.0 += info.bytes.saturating_sub(told);
@@ -116,6 +126,7 @@ impl Info {
 #[derive(Debug, Default)]
 struct Tally {
     info: Info,
+    messages: u64,
     frames: BTreeSet<i64>,
     /// Bytes and rows by entity.
     sizes: BTreeMap<String, (u64, u64)>,
@@ -128,6 +139,7 @@ impl Tally {
             None if message.store_id().is_blueprint() => "(the viewer's layout)".to_owned(),
             None => INDEX.to_owned(),
         };
+        self.messages += 1;
         let size = self.sizes.entry(entity).or_default();
         size.0 += bytes;
         if let Some(chunk) = rows {
@@ -191,4 +203,16 @@ impl Tally {
             }
         }
     }
+}
+
+/// Does a file end with the index of a complete recording?
+fn has_index(path: &Path) -> io::Result<bool> {
+    let mut file = File::open(path)?;
+    let length = file.metadata()?.len();
+    file.seek(SeekFrom::Start(length.saturating_sub(TRAILER_BYTES)))?;
+    let mut end = Vec::new();
+    file.read_to_end(&mut end)?;
+    Ok(end
+        .windows(INDEX_MARK.len())
+        .any(|bytes| bytes == INDEX_MARK))
 }

@@ -16,8 +16,11 @@ mod reading;
 mod stage;
 mod survey;
 mod track;
+mod verify;
 
-pub use checkpoints::{At, read_checkpoint};
+pub use checkpoints::{
+    At, StateHash, checkpoint_times, read_checkpoint, read_first_checkpoint, state_hashes,
+};
 pub use error::ReadError;
 pub use frames::{RecordedFrame, for_each_frame};
 pub use info::{Info, Size, Summary};
@@ -25,6 +28,7 @@ pub use layout::{Layout, RecordedCloth, RecordedObstacle};
 pub use pace::Pace;
 pub use play::{Command, Console, Replay, ReplayError, ReplayPlan, ReplayProgress};
 pub(crate) use reading::for_each_chunk;
+pub use verify::{Verdict, verify};
 
 use frames::seconds;
 use play::{Viewers, Window};

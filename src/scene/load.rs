@@ -4,6 +4,7 @@ use super::fault::{Fault, SceneError};
 use super::schema::Scene;
 use super::{BUILTIN, builtin_scene, validate};
 use serde::de::DeserializeOwned;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use toml::de::{DeTable, DeValue};
 
@@ -20,6 +21,9 @@ pub struct LoadedScene {
     pub path: Option<PathBuf>,
     /// Whether keys were set, so that the text's lines are nobody's.
     pub changed: bool,
+    /// Texts of the meshes that it names, by their paths in the scene, where they came with it: they are taken
+    /// before what is on the disk.
+    pub meshes: BTreeMap<String, String>,
 }
 
 /// Reads the scene `name`, a built-in name or a TOML file, and sets `changes` (`key=value`) in it; an
@@ -30,13 +34,7 @@ pub struct LoadedScene {
 /// An unknown name, an unreadable file, a fault in the TOML or in what it asks for.
 pub fn load(name: &str, changes: &[String]) -> Result<LoadedScene, SceneError> {
     let (text, path) = read(name)?;
-    let loaded = LoadedScene {
-        scene: parse(&text, name)?,
-        text,
-        file: name.to_owned(),
-        path,
-        changed: false,
-    };
+    let loaded = LoadedScene::parsed(name, text, path, BTreeMap::new())?;
     if changes.is_empty() {
         loaded.checked()
     } else {
@@ -44,13 +42,47 @@ pub fn load(name: &str, changes: &[String]) -> Result<LoadedScene, SceneError> {
     }
 }
 
+/// Takes a scene from its TOML, which messages call `name`, with the meshes that came with it. Others are looked
+/// for as if the TOML were the file `path`.
+///
+/// # Errors
+///
+/// A fault in the TOML or in what it asks for.
+pub fn load_text(
+    name: &str,
+    text: String,
+    path: Option<PathBuf>,
+    meshes: BTreeMap<String, String>,
+) -> Result<LoadedScene, SceneError> {
+    LoadedScene::parsed(name, text, path, meshes)?.checked()
+}
+
 impl LoadedScene {
+    fn parsed(
+        name: &str,
+        text: String,
+        path: Option<PathBuf>,
+        meshes: BTreeMap<String, String>,
+    ) -> Result<Self, SceneError> {
+        Ok(Self {
+            scene: parse(&text, name)?,
+            text,
+            file: name.to_owned(),
+            path,
+            changed: false,
+            meshes,
+        })
+    }
+
     /// This scene with more `changes`, as [`load()`] makes them.
     ///
     /// # Errors
     ///
     /// A change that doesn't fit the scene, or a fault in what it then asks for.
     pub fn with(&self, changes: &[String]) -> Result<Self, SceneError> {
+        if changes.is_empty() {
+            return Ok(self.clone());
+        }
         self.clone().changed(changes)?.checked()
     }
 

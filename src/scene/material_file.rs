@@ -9,6 +9,7 @@ use super::schema::{
 use super::validate::{self, positive};
 use crate::mesh::Diagonals;
 use serde::Deserialize;
+use std::collections::BTreeMap;
 use std::path::Path;
 
 /// Cells along a side of the sheet.
@@ -66,6 +67,7 @@ pub fn load_material(path: &Path, changes: &[String]) -> Result<LoadedScene, Sce
         file,
         path: Some(path.to_path_buf()),
         changed,
+        meshes: BTreeMap::new(),
     };
     match positive("cell", cell).and_then(|()| validate::check(&loaded.scene)) {
         Ok(()) => Ok(loaded),

@@ -23,6 +23,7 @@ mod sequence;
 mod spring_constant;
 mod step;
 mod stiffness;
+mod texts;
 mod validate;
 mod walk;
 
@@ -30,7 +31,7 @@ pub use build::{Built, build};
 pub use builtin::{BUILTIN, builtin_mesh, builtin_scene};
 pub use doctor::model_list;
 pub use fault::SceneError;
-pub use load::{LoadedScene, load};
+pub use load::{LoadedScene, load, load_text};
 pub use material_file::load_material;
 pub use schema::{
     BendingName, BlockShape, ChainShape, Cloth, Damping, IntegratorName, Keyframe,
@@ -38,3 +39,4 @@ pub use schema::{
     Select, Shape, SheetShape, Solver, SpringDetailName, SpringKind, Start, StrainLimit,
 };
 pub use step::Step;
+pub use texts::mesh_texts;

@@ -1,11 +1,10 @@
 //! Reading the OBJ meshes that a scene names.
 
-use super::builtin_mesh;
 use super::fault::{Fault, SceneError};
 use super::load::LoadedScene;
 use super::schema::ObjShape;
+use super::texts::text_of;
 use crate::mesh::{self, Repairs, TriMesh};
-use std::path::Path;
 
 /// A mesh that was read, and what messages call its file.
 pub(super) struct ReadMesh {
@@ -21,7 +20,7 @@ impl ReadMesh {
         key: &str,
         shape: &ObjShape,
     ) -> Result<Self, SceneError> {
-        let (text, file) = read_text(loaded, &shape.path)
+        let (text, file) = text_of(loaded, &shape.path)
             .map_err(|cause| loaded.error(&Fault::new(format!("{key}.obj.path"), cause)))?;
         match mesh::read_obj(&text, shape.scale) {
             Ok((mesh, repairs)) => Ok(Self {
@@ -79,22 +78,4 @@ impl ReadMesh {
         }
         (!done.is_empty()).then(|| format!("{}: {}", self.file, done.join(", ")))
     }
-}
-
-/// The OBJ text at a path relative to the scene, or built in; and what messages call it.
-fn read_text(loaded: &LoadedScene, path: &str) -> Result<(String, String), String> {
-    let folder = loaded.path.as_deref().and_then(Path::parent);
-    let file = folder.unwrap_or(Path::new("")).join(path);
-    let name = file.display().to_string();
-    // A built-in scene means its own mesh, whatever lies in the working folder.
-    if (loaded.path.is_none() || !file.exists())
-        && let Some(text) = builtin_mesh(path)
-    {
-        return Ok((text.to_owned(), path.to_owned()));
-    }
-    std::fs::read_to_string(&file)
-        .map(|text| (text, name.clone()))
-        .map_err(|fault| {
-            format!("{name} can't be read: {fault}; paths are relative to the scene's file")
-        })
 }

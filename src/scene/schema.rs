@@ -528,6 +528,9 @@ pub struct Record {
     pub fps: f64,
     /// Which springs are drawn.
     pub springs: SpringDetailName,
+    /// Whether meshes are drawn with normals: 12 of their 28 bytes a particle and frame. Without them nothing shades
+    /// them.
+    pub normals: bool,
     /// Strain at the ends of the colour map.
     pub strain_range: f64,
     /// Simulated time between checkpoints (s); there is always one at the end.
@@ -571,6 +574,7 @@ impl Default for Record {
         Self {
             fps: 60.0,
             springs: SpringDetailName::default(),
+            normals: true,
             strain_range: 0.05,
             checkpoint: 1.0,
             error: 0.05,

@@ -5,10 +5,10 @@ use super::load::LoadedScene;
 use super::place::place;
 use super::read_mesh::ReadMesh;
 use super::schema::{ObjShape, Obstacle, ObstacleShape, SequenceMotion};
+use super::texts::folder;
 use crate::collision::Solid;
 use crate::mesh::orient_outward;
 use crate::motion::{Sequence, SequenceError};
-use std::path::Path;
 
 /// Reads the frames of obstacle number `i`, whose own mesh is given.
 pub(super) fn read_sequence(
@@ -66,16 +66,26 @@ pub(super) fn read_sequence(
 }
 
 /// The OBJ files of a folder in the order of their numbers.
-fn files_of(loaded: &LoadedScene, dir: &str) -> Result<Vec<String>, String> {
-    let folder = loaded.path.as_deref().and_then(Path::parent);
-    let folder = folder.unwrap_or(Path::new("")).join(dir);
+pub(super) fn files_of(loaded: &LoadedScene, dir: &str) -> Result<Vec<String>, String> {
+    let folder = folder(loaded).join(dir);
     let name = folder.display();
-    let entries = std::fs::read_dir(&folder).map_err(|error| {
-        format!("{name} can't be read: {error}; paths are relative to the scene's file")
-    })?;
-    let names = entries.filter_map(|entry| entry.ok()?.file_name().into_string().ok());
+    let prefix = format!("{dir}/");
+    let carried = loaded
+        .meshes
+        .keys()
+        .filter_map(|path| path.strip_prefix(&prefix));
+    let mut names: Vec<String> = carried.map(str::to_owned).collect();
+    if names.is_empty() {
+        let entries = std::fs::read_dir(&folder).map_err(|error| {
+            format!("{name} can't be read: {error}; paths are relative to the scene's file")
+        })?;
+        names.extend(entries.filter_map(|entry| entry.ok()?.file_name().into_string().ok()));
+    }
     let mut numbered = Vec::new();
-    for file in names.filter(|file| file.to_lowercase().ends_with(".obj")) {
+    for file in names
+        .into_iter()
+        .filter(|file| file.to_lowercase().ends_with(".obj"))
+    {
         match number_of(&file) {
             Some(number) => numbered.push((number, file)),
             None => {

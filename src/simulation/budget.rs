@@ -3,7 +3,7 @@
 
 use crate::energy::Energies;
 use crate::model::Model;
-use crate::state::State;
+use crate::state::{Archive, State};
 use rayon::prelude::*;
 
 /// What kinetic and elastic energy together may come from.
@@ -66,6 +66,18 @@ impl Budget {
             factor: FACTOR,
             floor,
             bound: FACTOR * (granted - energies.gravitational) + floor,
+        }
+    }
+
+    /// Carries all of it over.
+    pub(super) fn carry(&mut self, archive: &mut Archive) {
+        for number in [
+            &mut self.granted,
+            &mut self.factor,
+            &mut self.floor,
+            &mut self.bound,
+        ] {
+            archive.real(number);
         }
     }
 

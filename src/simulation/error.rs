@@ -63,8 +63,8 @@ pub struct ErrorEstimate {
 
 impl ErrorEstimate {
     /// Ready for the next step of a run, of whose time it is to take `share`, at most a half; `None` when
-    /// that is 0. Windows lie at fixed steps: the estimate is the same on every machine.
-    pub fn new(run: &Simulation, share: f64) -> Option<Self> {
+    /// that is 0. `before` (m) is the error that the run has already. Windows lie at fixed steps: the estimate is the same on every machine.
+    pub fn new(run: &Simulation, share: f64, before: Option<f64>) -> Option<Self> {
         if share <= 0.0 {
             return None;
         }
@@ -86,7 +86,7 @@ impl ErrorEstimate {
             begin: run.stats.steps,
             extrapolation: 1.0 / (1.0 - 0.5_f64.powi(p)),
             time: run.state.time,
-            error: 0.0,
+            error: before.unwrap_or(0.0),
             rate: 0.0,
             rates: 0.0,
             samples: 0,

@@ -6,6 +6,7 @@ use crate::collision::Solid as Body;
 use crate::collision::impact::{Fabric, Impacts, Layers, Shape, Solid, Step};
 use crate::energy::{CONTACT, FRICTION};
 use crate::model::Model;
+use crate::state::State;
 
 /// Share of an obstacle's thickness that edges and triangles always keep. Particles rest a whole thickness
 /// away, so that only what they don't hold comes so close: edges at sharp corners, and what is between
@@ -13,7 +14,7 @@ use crate::model::Model;
 const FLOOR: f64 = 0.1;
 
 /// The stage for the obstacles that ask for it, and for cloth with cloth; none where nobody asks.
-pub(super) fn of(model: &Model) -> Option<Impacts> {
+pub(super) fn of(model: &Model, start: &State) -> Option<Impacts> {
     let any = model.obstacles.iter().any(|obstacle| obstacle.continuous);
     if !any && model.self_collision.is_none() {
         return None;
@@ -35,6 +36,7 @@ pub(super) fn of(model: &Model) -> Option<Impacts> {
             Body::Sphere { center, .. } => impacts.place(number, &[*center], &[*center]),
         }
     }
+    impacts.shape(&start.positions[..model.cloth_particles()]);
     Some(impacts)
 }
 

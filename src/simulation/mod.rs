@@ -1,6 +1,7 @@
 //! One step as named stages, and what is measured on the way.
 
 mod budget;
+mod carry;
 mod cause;
 mod correct;
 mod divergence;
@@ -118,7 +119,7 @@ impl Simulation {
             contacts: model.no_contacts(),
             bodies: Bodies::new(&model.obstacles, state.time),
             detection: Detection::new(&model.obstacles, model.cloth_particles()),
-            impacts: impacts::of(&model),
+            impacts: impacts::of(&model, &state),
             tangles: None,
             tangled: TangledStart::default(),
             sensible_strain: divergence::sensible_strain(&model, &state),
@@ -218,10 +219,14 @@ impl Simulation {
         }
     }
 
+    fn next_time(&self) -> f64 {
+        self.time_after(self.stats.steps + 1)
+    }
+
     /// n dt, not a sum of dt: after a million steps a sum is off by 1e-10 s.
     #[expect(clippy::cast_precision_loss, reason = "steps stay far below 2⁵³")]
-    fn next_time(&self) -> f64 {
-        self.start + (self.stats.steps + 1) as f64 * self.dt
+    fn time_after(&self, steps: u64) -> f64 {
+        self.start + steps as f64 * self.dt
     }
 
     /// Lets go the pins whose time has come. The energy of clamps that go slack leaves with them.
@@ -288,6 +293,7 @@ impl Simulation {
         state.time = end;
         model.drive(state);
         stats.steps += 1;
+        stats.timed += 1;
         let flows = stats.times.time(Stage::Measure, || {
             if seen.is_none() {
                 see(&mut seen, *dt, before, state);
@@ -374,6 +380,11 @@ impl Simulation {
     /// The scheme.
     pub fn integrator(&self) -> Integrator {
         self.integrator
+    }
+
+    /// Time of the first state (s).
+    pub fn start(&self) -> f64 {
+        self.start
     }
 
     /// The step (s).

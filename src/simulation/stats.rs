@@ -1,6 +1,7 @@
 //! Sums and extremes of a run, and where its time went.
 
 use crate::linear::Solve;
+use crate::state::Archive;
 use std::time::{Duration, Instant};
 
 /// What is known of a run besides its state.
@@ -30,8 +31,56 @@ pub struct Stats {
     pub limit_passes: u64,
     /// What keeping edges and triangles apart did.
     pub impacts: ImpactStats,
-    /// Where the time went.
+    /// Where the time went, in this process.
     pub times: StageTimes,
+    /// Steps that it went into.
+    pub timed: u64,
+}
+
+impl Stats {
+    /// Carries over everything but the times, which are this process's.
+    pub(super) fn carry(&mut self, archive: &mut Archive) {
+        let Self {
+            steps,
+            strain,
+            strain_ever,
+            depth,
+            depth_ever,
+            kinetic_peak,
+            solve,
+            iterations,
+            unsolved,
+            damped,
+            limit_passes,
+            impacts,
+            times: _,
+            timed: _,
+        } = self;
+        let ImpactStats {
+            impacts,
+            zones,
+            missed,
+        } = impacts;
+        for count in [
+            steps,
+            iterations,
+            unsolved,
+            damped,
+            limit_passes,
+            impacts,
+            zones,
+            missed,
+        ] {
+            archive.count(count);
+        }
+        for number in [strain, strain_ever, depth, depth_ever, kinetic_peak] {
+            archive.real(number);
+        }
+        archive.small(&mut solve.iterations);
+        archive.real(&mut solve.residual);
+        archive.flag(&mut solve.converged);
+        archive.flag(&mut solve.damped);
+    }
 }
 
 /// What keeping edges and triangles apart did since the start.

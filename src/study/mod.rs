@@ -6,8 +6,11 @@
 //! [`diagram()`] say it, [`overlay`] shows it. Errors are those of the time step, on one mesh; [`mesh`]
 //! has those of the mesh. [`ablate`] finds which parts of the model the scene needs, [`contact`] what
 //! exact distances and continuous detection are worth, [`stability`] at which steps it runs at all.
+//! `compare` lays two recordings over each other.
 
 pub mod ablate;
+#[cfg(feature = "rerun")]
+pub mod compare;
 pub mod contact;
 mod date;
 mod diagram;

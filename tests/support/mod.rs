@@ -1,5 +1,7 @@
 //! What several topics need.
 
+pub(crate) mod program;
+
 use glam::DVec3;
 use muslin::integrator::{Integrator, Linear, Nonlinear};
 use muslin::mesh::TriMesh;

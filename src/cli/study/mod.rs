@@ -8,7 +8,7 @@ mod mesh;
 mod sweep;
 
 use super::args::StudyArgs;
-use super::run::{stop_on_interrupt, threads};
+use super::job::{stop_on_interrupt, threads};
 use super::{Failure, folder};
 use crate::integrator::Integrator;
 use crate::scene::{self, LoadedScene};

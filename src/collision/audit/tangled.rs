@@ -6,6 +6,7 @@ use super::inside::winding;
 use super::{Audit, ROUNDING, Tree, gather};
 use crate::collision::{Bodies, Obstacle, Solid};
 use crate::mesh::Aabb;
+use crate::state::Archive;
 use glam::DVec3;
 
 /// What a particle is caught in.
@@ -22,6 +23,29 @@ pub enum Tangle {
     Through(usize),
     /// It is inside the obstacle of this number.
     Inside(usize),
+}
+
+impl Tangle {
+    /// Carries it over.
+    pub(crate) fn carry(&mut self, archive: &mut Archive) {
+        let (mut kind, mut body) = match *self {
+            Self::Free => (0, 0),
+            Self::Cloth => (1, 0),
+            Self::Beside => (2, 0),
+            Self::Through(body) => (3, body),
+            Self::Inside(body) => (4, body),
+        };
+        archive.small(&mut kind);
+        archive.index(&mut body);
+        *self = match kind {
+            0 => Self::Free,
+            1 => Self::Cloth,
+            2 => Self::Beside,
+            3 => Self::Through(body),
+            4 => Self::Inside(body),
+            _ => return archive.damage(),
+        };
+    }
 }
 
 /// What crosses, apart from what has a corner inside a body.

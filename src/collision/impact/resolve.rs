@@ -27,6 +27,18 @@ const PATIENT: u32 = 4;
 const PRECISION: f64 = 0.1;
 
 impl Impacts {
+    /// Shapes the hierarchies by where the particles are at first (m), whatever step comes first: what is found in one
+    /// has their order.
+    pub fn shape(&mut self, positions: &[DVec3]) {
+        let vertices = &mut self.ground.vertices;
+        vertices.start[..self.particles].copy_from_slice(positions);
+        vertices.end[..self.particles].copy_from_slice(positions);
+        self.ground.fit_solids();
+        if self.ground.layers.is_some() {
+            self.ground.fit_cloth();
+        }
+    }
+
     /// Tells how a solid's vertices move in the coming step, in a straight line each. A solid that isn't
     /// placed stays where it is.
     pub fn place(&mut self, solid: usize, before: &[DVec3], after: &[DVec3]) {

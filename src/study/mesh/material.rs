@@ -11,14 +11,14 @@ const SAME: f64 = 1e-9;
 
 /// A point of a mesh: the weighted mean of three of its particles.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Stencil {
+pub(in crate::study) struct Stencil {
     corners: [usize; 3],
     weights: [f64; 3],
 }
 
 impl Stencil {
     /// Where the point is.
-    pub(super) fn of(&self, positions: &[DVec3]) -> DVec3 {
+    pub(in crate::study) fn of(&self, positions: &[DVec3]) -> DVec3 {
         let each = self.corners.iter().zip(self.weights);
         each.map(|(&corner, weight)| positions[corner] * weight)
             .sum()
@@ -40,7 +40,7 @@ impl Stencil {
 /// # Errors
 ///
 /// When the meshes of a block don't share their particles, since its triangles are its surface only.
-pub(super) fn stencils(
+pub(in crate::study) fn stencils(
     scene: &Scene,
     coarse: &Model,
     fine: &Model,

@@ -14,7 +14,7 @@ use crate::lab::limit::LEAST_ORDER;
 use crate::model::Model;
 use crate::scene::{self, Shape};
 use glam::DVec3;
-use material::{Stencil, stencils};
+pub(super) use material::{Stencil, stencils};
 use std::time::Instant;
 
 /// What is left of the step's error is at most this share of the smallest difference of two meshes, as

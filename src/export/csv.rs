@@ -57,6 +57,7 @@ mod tests {
             step,
             time: step as f64 * 0.1,
             cloths: vec![cloth("zeta, front/1", 3), cloth("alpha", 2)],
+            luggage: Vec::new(),
         }
     }
 
