@@ -61,7 +61,7 @@ impl State {
     /// (Fowler, Noll and Vo 1991), each turned so that high bits reach the low ones.
     pub fn hash(&self) -> u64 {
         let lists = [&self.positions, &self.velocities];
-        let vectors = lists.into_iter().flatten().flat_map(|v| v.to_array());
+        let vectors = lists.into_iter().flatten().flat_map(DVec3::to_array);
         let words = vectors.map(f64::to_bits);
         [self.time.to_bits()]
             .into_iter()

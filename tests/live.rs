@@ -1,6 +1,6 @@
 //! The real viewer's server on this machine: whatever it does, the file is complete and the run goes on.
 //!
-//! The viewer comes from PyPI (`.ci/viewer` installs it); where it can't be had these tests only say so, but for
+//! The viewer is the one of `rerun-sdk` (`.ci/viewer` installs it); where it can't be had these tests only say so, but for
 //! the continuous checks, which set `CI`.
 
 use crate::support;
@@ -203,36 +203,38 @@ fn a_stopped_viewer_holds_nothing_up() {
 }
 
 /// Passes on at most so many bytes a second.
-fn slow_line(to: u16, bytes_per_second: usize) -> u16 {
+fn slow_line(to: u16, bytes_per_second: f64) -> u16 {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let port = listener.local_addr().unwrap().port();
-    thread::spawn(move || {
+    in_the_background(move || {
         for near in listener.incoming() {
             let (Ok(near), Ok(far)) = (near, TcpStream::connect(("127.0.0.1", to))) else {
                 return;
             };
-            let pass = |mut from: TcpStream, mut to: TcpStream, pause: Duration| {
-                thread::spawn(move || {
-                    let mut bytes = vec![0; 16 << 10];
-                    while let Ok(n @ 1..) = from.read(&mut bytes) {
-                        if to.write_all(&bytes[..n]).is_err() {
-                            break;
-                        }
-                        thread::sleep(pause.mul_f64(n as f64));
-                    }
-                    to.shutdown(Shutdown::Both).ok();
-                });
-            };
             let (near2, far2) = (near.try_clone().unwrap(), far.try_clone().unwrap());
-            pass(
-                near,
-                far,
-                Duration::from_secs(1).div_f64(bytes_per_second as f64),
-            );
-            pass(far2, near2, Duration::ZERO);
+            in_the_background(move || pass(near, far, 1.0 / bytes_per_second));
+            in_the_background(move || pass(far2, near2, 0.0));
         }
     });
     port
+}
+
+/// Passes on what comes, with so many seconds a byte.
+fn pass(mut from: TcpStream, mut to: TcpStream, pause: f64) {
+    let mut bytes = vec![0; 16 << 10];
+    while let Ok(n @ 1..) = from.read(&mut bytes) {
+        if to.write_all(&bytes[..n]).is_err() {
+            break;
+        }
+        thread::sleep(Duration::from_secs_f64(pause * n as f64));
+    }
+    to.shutdown(Shutdown::Both).ok();
+}
+
+/// Ends with the tests.
+fn in_the_background(work: impl FnOnce() + Send + 'static) {
+    let thread = thread::Builder::new().name("line".to_owned());
+    thread.spawn(work).expect("a thread");
 }
 
 #[test]
@@ -244,7 +246,7 @@ fn a_slow_line_holds_nothing_up() {
     write(&folder, "scene.toml", &scene(20.0));
     let port = port();
     let server = serve(port, &folder.join("received.rrd"));
-    let slow = slow_line(port, 2_000_000);
+    let slow = slow_line(port, 2e6);
     let (frames, dropped) = ends(&folder, starts(&folder, slow));
     drop(server);
     assert!(dropped > 0, "none of {frames} frames counted as dropped");

@@ -28,7 +28,7 @@ const COLUMNS: [f32; 2] = [1.75, 1.0];
 /// Height of the tabs, of which the text needs most; a plot of two lines has 1.04.
 const TABS_SHARE: f32 = 1.25;
 /// Height of the legend, of the cloth's: its title and a strip.
-const LEGEND_SHARE: f32 = 0.085;
+const LEGEND_SHARE: f32 = 0.105;
 /// Groups of series that share a place, as tabs where there are several plots; all others are with the text.
 const PLACES: [&[&str]; 3] = [&["energy"], &["strain"], &["contact", "error", "solver"]];
 /// Behind the cloth: dark enough for linen, light enough for the deepest blue and red.

@@ -33,8 +33,8 @@ impl LiveFeed {
 
     /// Waits until every viewer has taken half of what can wait for it, no longer than `patience` for each. Have they?
     pub(crate) fn wait_for_room(&self, patience: Duration) -> bool {
-        let viewers = self.0.viewers.iter();
-        viewers.fold(true, |room, viewer| viewer.wait_for_room(patience) && room)
+        let held_up = (self.0.viewers.iter()).filter(|viewer| !viewer.wait_for_room(patience));
+        held_up.count() == 0
     }
 
     /// Viewers that have come so far.

@@ -6,7 +6,7 @@ use super::{color, entity};
 use crate::frame::{Colors, Header};
 
 /// Size of the strip, in pixels of its own picture: as wide and low as its place in the layout.
-const SIZE: [u32; 2] = [512, 10];
+const SIZE: [u32; 2] = [512, 18];
 
 /// Logs the legend.
 pub(super) fn log(stream: &RecordingStream, header: &Header) -> RecordingStreamResult<()> {
@@ -23,12 +23,13 @@ pub(super) fn log(stream: &RecordingStream, header: &Header) -> RecordingStreamR
     let row: Vec<u8> = row.collect();
     let picture = Image::from_rgb24(row.repeat(height as usize), SIZE);
     stream.log_static(entity::path(&[entity::LEGEND]), &picture)?;
-    let (x, y) = (width as f32, height as f32);
-    let places = [[0.03 * x, 0.5 * y], [0.5 * x, 0.5 * y], [0.97 * x, 0.5 * y]];
+    let x = width as f32;
+    // Labels stand below their places.
+    let places = [0.03, 0.5, 0.97].map(|share| [share * x, 0.0]);
     let numbers = [low, 0.5 * (low + high), high].map(|at| said(header, at));
     let labels = Points2D::new(places)
         .with_radii([0.0])
-        .with_colors([[20_u8, 22, 26]])
+        .with_colors([[235_u8, 235, 235]])
         .with_labels(numbers)
         .with_show_labels(true);
     stream.log_static(entity::path(&[entity::LEGEND, "numbers"]), &labels)

@@ -187,7 +187,7 @@ mod tests {
             step,
             time: step as f64 * 0.1,
             cloths: vec![cloth("zeta, front/1", 3), cloth("alpha", 2)],
-            luggage: vec![step as u8; 100],
+            luggage: step.to_le_bytes().repeat(20),
         }
     }
 

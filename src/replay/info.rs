@@ -6,9 +6,12 @@ use crate::frame::Facts;
 use crate::recorder::statics::{BRANCH, frames_of, texts_of};
 use crate::recorder::{checkpoint, entity, properties};
 use rerun::log::{Chunk, LogMsg};
-use rerun::{Scalars, TextLog};
+use rerun::{EntityPathPart, Scalars, TextLog};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
+
+/// What a file has besides rows: its name, where each chunk is, and what a killed run left half.
+const INDEX: &str = "(the file's own index)";
 
 /// What a recording holds.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -79,13 +82,11 @@ impl Info {
         }
         let mut info = tally.info;
         info.bytes = std::fs::metadata(path).map_err(cannot_read)?.len();
-        info.frames = tally.frames.len() as u64;
         info.checkpoints.sort_by(f64::total_cmp);
+        info.frames = tally.frames.len() as u64;
         let told: u64 = tally.sizes.values().map(|(bytes, _)| bytes).sum();
-        let rest = (info.bytes.saturating_sub(told), 0);
-        tally
-            .sizes
-            .insert("(the file's own index)".to_owned(), rest);
+        let rest = tally.sizes.entry(INDEX.to_owned()).or_default();
+        rest.0 += info.bytes.saturating_sub(told);
         let sizes = tally.sizes.into_iter();
         info.sizes = sizes
             .map(|(entity, (bytes, rows))| Size {
@@ -127,7 +128,7 @@ impl Tally {
         let entity = match rows {
             Some(chunk) => chunk.entity_path().to_string(),
             None if message.store_id().is_blueprint() => "(the viewer's layout)".to_owned(),
-            None => "(the file's own index)".to_owned(),
+            None => INDEX.to_owned(),
         };
         let size = self.sizes.entry(entity).or_default();
         size.0 += bytes;
@@ -164,7 +165,7 @@ impl Tally {
         }
         if *path == entity::path(&[entity::LOG]) {
             let levels = chunk.iter_slices::<String>(TextLog::descriptor_level().component);
-            for level in levels.flat_map(|levels| levels.first().map(|level| level.to_string())) {
+            for level in levels.flat_map(|levels| levels.first().map(ToString::to_string)) {
                 *info.log.entry(level).or_default() += 1;
             }
         }
@@ -175,7 +176,10 @@ impl Tally {
         let component = Scalars::descriptor_scalars().component;
         let times = chunk.iter_component_indices(entity::SIM_TIME.into(), component);
         let values = chunk.iter_slices::<f64>(component);
-        let parts = chunk.entity_path().iter().map(|part| part.unescaped_str());
+        let parts = chunk
+            .entity_path()
+            .iter()
+            .map(EntityPathPart::unescaped_str);
         let path = parts.collect::<Vec<_>>().join("/");
         for ((time, _), values) in times.zip(values) {
             let Some(&value) = values.first() else {

@@ -6,8 +6,8 @@ use crate::recorder::checkpoint::{start_particles, start_time};
 use crate::recorder::entity;
 use crate::recorder::statics::{BRANCH, CLOTHS, OBSTACLES, TEXT, TOML, frames_of, texts_of};
 use crate::scene::{LoadedScene, SceneError, load_text};
-use rerun::Mesh3D;
 use rerun::log::Chunk;
+use rerun::{EntityPathPart, Mesh3D};
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -79,7 +79,10 @@ impl Layout {
                 take(&mut branch, BRANCH);
                 frames = frames.or_else(|| frames_of(&chunk));
             } else if chunk.entity_path().is_child_of(&folder) {
-                let name = chunk.entity_path().last().map(|part| part.unescaped_str());
+                let name = chunk
+                    .entity_path()
+                    .last()
+                    .map(EntityPathPart::unescaped_str);
                 let text = texts_of(&chunk, TEXT).and_then(|mut texts| texts.pop());
                 meshes.extend(name.map(str::to_owned).zip(text));
             } else if chunk.entity_path().len() == 2

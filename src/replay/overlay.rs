@@ -10,8 +10,8 @@ use crate::recorder::{blueprint, entity, statics};
 use rerun::external::re_log_types::{RecordingId, SetStoreInfo, StoreId};
 use rerun::log::{Chunk, LogMsg};
 use rerun::{
-    EntityPath, Mesh3D, RecordingStreamBuilder, RecordingStreamResult, Rgba32, SeriesLines,
-    TextDocument,
+    EntityPath, EntityPathPart, Mesh3D, RecordingStreamBuilder, RecordingStreamResult, Rgba32,
+    SeriesLines, TextDocument,
 };
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
@@ -200,7 +200,7 @@ impl Cast {
                 && let Some(label) = label(&chunk)
                 && let Some(path) = renamed(chunk.entity_path(), name)
             {
-                let parts: Vec<_> = path.iter().map(|part| part.unescaped_str()).collect();
+                let parts: Vec<_> = path.iter().map(EntityPathPart::unescaped_str).collect();
                 self.header.series.push(Series {
                     path: parts.join("/"),
                     label: format!("{name}: {label}"),
@@ -228,7 +228,7 @@ fn named<'a>(names: &'a [String], series: &'a str) -> impl Iterator<Item = Strin
 
 /// Where an entity of the recording `name` is among several; `None` for what is only of its own.
 fn renamed(path: &EntityPath, name: &str) -> Option<EntityPath> {
-    let parts: Vec<&str> = path.iter().map(|part| part.unescaped_str()).collect();
+    let parts: Vec<&str> = path.iter().map(EntityPathPart::unescaped_str).collect();
     let own = |part: &str| format!("{name}: {part}");
     let mut parts: Vec<String> = parts.into_iter().map(str::to_owned).collect();
     match parts.as_mut_slice() {

@@ -93,9 +93,9 @@ mod tests {
     #[test]
     fn batches_leave_little() {
         let mut horizon = Horizon::default();
-        for number in 0..3000 {
+        for number in 0..3000_u64 {
             // A hundred batches of 30 entities that all begin at one time.
-            horizon.note(number, number as i64 / 30);
+            horizon.note(number, number.cast_signed() / 30);
         }
         assert_eq!(horizon.0.len(), 100);
     }

@@ -167,7 +167,9 @@ impl Track {
 
     /// Keeps the last of the rows before the window of each component; `times` are theirs.
     fn remember(&mut self, chunk: &Chunk, times: &[i64]) {
-        for column in chunk.components().values() {
+        let mut columns: Vec<_> = chunk.components().values().collect();
+        columns.sort_by_key(|column| column.descriptor.component);
+        for column in columns {
             let rows = 0..times.len();
             let Some(row) = rows.rev().find(|row| column.list_array.is_valid(*row)) else {
                 continue;

@@ -147,7 +147,7 @@ impl<E: Element> Course<E> {
     pub(super) fn lowest(&self) -> impl Iterator<Item = usize> {
         let lowest = |stage| {
             let elements = self.elements[self.of_stage(stage)].iter();
-            let places = elements.flat_map(|element| element.places());
+            let places = elements.flat_map(Element::places);
             places.min().map_or(usize::MAX, |&place| place as usize)
         };
         (0..self.runs.len()).map(lowest)

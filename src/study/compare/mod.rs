@@ -30,6 +30,9 @@ pub enum CompareError {
     /// The scene of one isn't taken any more.
     #[error(transparent)]
     Scene(#[from] SceneError),
+    /// No thread can be started to read it.
+    #[error("cannot start a thread: {0}; close other programs")]
+    Thread(std::io::Error),
     /// Their cloths have nothing in common.
     #[error("{}; compare runs of one scene, also of other resolutions or solvers", .0)]
     Differ(String),
@@ -110,7 +113,7 @@ fn for_each_common(
     mut visit: impl FnMut(RecordedFrame, &[DVec3]) -> ControlFlow<()>,
 ) -> Result<(), CompareError> {
     let [first, second] = &pair.layouts;
-    let mut timeline = Timeline::start(&pair.paths[1], second);
+    let mut timeline = Timeline::start(&pair.paths[1], second).map_err(CompareError::Thread)?;
     for_each_frame(&pair.paths[0], first, |frame| {
         match timeline.at(frame.time) {
             Some(positions) => visit(frame, &positions),

@@ -53,7 +53,8 @@ impl Pair {
             let finer = usize::from(counts[1] >= counts[0]);
             let coarser = 1 - finer;
             let found = stencils(&loaded[coarser].scene, &models[coarser], &models[finer]);
-            let found = found.map_err(|_| differ("their meshes share no material".to_owned()))?;
+            let found = found
+                .map_err(|error| differ(format!("their meshes share no material ({error})")))?;
             if found.len() != counts[coarser] {
                 return Err(differ("a mesh from a file has other particles".to_owned()));
             }

@@ -4,6 +4,7 @@ use super::flat;
 use crate::replay::{Layout, ReadError, for_each_frame};
 use glam::DVec3;
 use std::collections::VecDeque;
+use std::io;
 use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::mpsc::{Receiver, sync_channel};
@@ -29,7 +30,7 @@ pub(super) struct Timeline {
 
 impl Timeline {
     /// Begins to read a recording.
-    pub(super) fn start(path: &Path, layout: &Layout) -> Self {
+    pub(super) fn start(path: &Path, layout: &Layout) -> io::Result<Self> {
         let (sender, frames) = sync_channel(AHEAD);
         let (path, layout) = (path.to_owned(), layout.clone());
         let read = move || {
@@ -40,11 +41,12 @@ impl Timeline {
                 }
             })
         };
-        Self {
+        let reader = thread::Builder::new().name("compare".to_owned());
+        Ok(Self {
             frames: Some(frames),
-            reader: Some(thread::spawn(read)),
+            reader: Some(reader.spawn(read)?),
             around: VecDeque::new(),
-        }
+        })
     }
 
     /// The particles (m) at a time (s); `None` before the first frame and after the last.
