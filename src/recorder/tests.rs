@@ -142,7 +142,9 @@ fn a_recording_has_the_expected_entities_and_rows() {
     let expected = [
         ("/checkpoint", (0, 1)),
         ("/checkpoint/my\\ sheet", (0, 1)),
-        ("/energy/kinetic", (1, 2)), // the NaN leaves a gap
+        ("/energy/kinetic", (1, 2)),
+        ("/legend", (1, 0)),
+        ("/legend/numbers", (1, 0)), // the NaN leaves a gap
         ("/log", (0, 1)),
         ("/scene", (3, 0)), // its text, what is read back, and the end
         ("/solver/state_hash", (0, 3)),
