@@ -5,6 +5,7 @@ use crate::study::stability::Axis;
 #[cfg(feature = "rerun")]
 use clap::ArgGroup;
 use clap::{Args, Parser, Subcommand};
+use std::net::{Ipv4Addr, SocketAddr};
 #[cfg(feature = "rerun")]
 use std::num::NonZeroU64;
 use std::path::PathBuf;
@@ -142,6 +143,16 @@ impl ChangeArgs {
     }
 }
 
+/// A port of this machine alone, or an address with a port.
+fn address(text: &str) -> Result<SocketAddr, String> {
+    let port = text
+        .parse()
+        .map(|port: u16| (Ipv4Addr::LOCALHOST, port).into());
+    port.or_else(|_| text.parse()).map_err(|_fault: std::net::AddrParseError| {
+        "write a port, such as 9876, or an address, such as 0.0.0.0:9876 to be seen from other machines".to_owned()
+    })
+}
+
 /// A number as TOML writes it: `nan`, not Rust's `NaN`.
 fn toml_number(x: f64) -> String {
     format!("{x:?}").to_lowercase()
@@ -178,9 +189,10 @@ pub(super) struct OutputArgs {
     /// Stream to a viewer that listens at URL.
     #[arg(long, value_name = "URL", num_args = 0..=1, default_missing_value = "rerun+http://127.0.0.1:9876/proxy")]
     pub(super) connect: Option<String>,
-    /// Let viewers fetch the recording at this port of this machine.
-    #[arg(long, value_name = "PORT", num_args = 0..=1, default_missing_value = "9876")]
-    pub(super) serve: Option<u16>,
+    /// Let viewers of this machine fetch the recording at this port; with an address, such as 0.0.0.0:9876, those of
+    /// others, too.
+    #[arg(long, value_name = "PORT", num_args = 0..=1, default_missing_value = "9876", value_parser = address)]
+    pub(super) serve: Option<SocketAddr>,
     /// Start a viewer and stream to it.
     #[arg(long)]
     pub(super) spawn: bool,
@@ -383,8 +395,8 @@ pub(super) struct ReplayArgs {
     #[arg(long, value_name = "URL", num_args = 0..=1, default_missing_value = "rerun+http://127.0.0.1:9876/proxy")]
     pub(super) connect: Option<String>,
     /// Let viewers fetch the replay at this port of this machine.
-    #[arg(long, value_name = "PORT", num_args = 0..=1, default_missing_value = "9876")]
-    pub(super) serve: Option<u16>,
+    #[arg(long, value_name = "PORT", num_args = 0..=1, default_missing_value = "9876", value_parser = address)]
+    pub(super) serve: Option<SocketAddr>,
     /// Start a viewer and stream to it.
     #[arg(long)]
     pub(super) spawn: bool,

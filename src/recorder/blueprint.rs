@@ -127,6 +127,7 @@ fn belongs_to_blueprint(message: &LogMsg) -> bool {
 struct Layout {
     spatial: Vec<EntityPath>,
     without_legend: Vec<EntityPath>,
+    with_legend: Vec<EntityPath>,
 }
 
 impl Layout {
@@ -214,6 +215,8 @@ impl Layout {
         if panel.series.len() == 1 {
             // Its title says it all.
             remember(&view, &mut self.without_legend);
+        } else {
+            remember(&view, &mut self.with_legend);
         }
         view
     }
@@ -230,6 +233,11 @@ impl Layout {
             draft.log(format!("{path}/Background"), &background)?;
             let grid = LineGrid3D::new().with_visible(false);
             draft.log(format!("{path}/LineGrid3D"), &grid)?;
+        }
+        for path in &self.with_legend {
+            // What happens first is seen least often again; what it comes to lies flat beside the names.
+            let legend = PlotLegend::new().with_corner(parts::Corner2D::RightTop);
+            draft.log(format!("{path}/PlotLegend"), &legend)?;
         }
         for path in &self.without_legend {
             let legend = PlotLegend::new().with_visible(false);

@@ -1,6 +1,7 @@
 //! What can go wrong while recording, each with its cause and remedy.
 
 use std::io;
+use std::net::SocketAddr;
 #[cfg(feature = "rerun")]
 use std::path::Path;
 use std::path::PathBuf;
@@ -32,10 +33,10 @@ pub enum RecordError {
         reason: String,
     },
     /// The port for viewers can't be opened.
-    #[error("cannot serve viewers on 127.0.0.1:{port}: {source}; choose another with --serve PORT")]
+    #[error("cannot serve viewers on {address}: {source}; choose another with --serve PORT")]
     CannotServe {
-        /// The port.
-        port: u16,
+        /// The address.
+        address: SocketAddr,
         /// What the system says.
         source: io::Error,
     },

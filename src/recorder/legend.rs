@@ -29,7 +29,7 @@ pub(super) fn log(stream: &RecordingStream, header: &Header) -> RecordingStreamR
     let numbers = [low, 0.5 * (low + high), high].map(|at| said(header, at));
     let labels = Points2D::new(places)
         .with_radii([0.0])
-        .with_colors([[235_u8, 235, 235]])
+        .with_colors([[130_u8, 130, 130]])
         .with_labels(numbers)
         .with_show_labels(true);
     stream.log_static(entity::path(&[entity::LEGEND, "numbers"]), &labels)

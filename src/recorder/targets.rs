@@ -2,6 +2,7 @@
 
 use std::fs::{self, OpenOptions};
 use std::io;
+use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 
 use rerun::sink::LogSink;
@@ -20,8 +21,8 @@ pub struct Targets {
     pub force: bool,
     /// Address of a viewer that listens, such as `rerun+http://127.0.0.1:9876/proxy`.
     pub connect: Option<String>,
-    /// Port of this machine at which viewers may fetch the recording.
-    pub serve: Option<u16>,
+    /// Address of this machine at which viewers may fetch the recording.
+    pub serve: Option<SocketAddr>,
     /// Start a viewer, or take the one that runs on Rerun's usual port.
     pub spawn: bool,
 }

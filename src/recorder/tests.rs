@@ -225,7 +225,7 @@ fn bad_targets_are_refused() {
 
     let taken = TcpListener::bind("127.0.0.1:0").unwrap();
     let serve = Targets {
-        serve: Some(taken.local_addr().unwrap().port()),
+        serve: Some(taken.local_addr().unwrap()),
         ..Targets::default()
     };
     assert!(matches!(refuse(&serve), RecordError::CannotServe { .. }));

@@ -1,7 +1,7 @@
 //! The kinds of live viewers: one to connect to, and whoever comes to our port.
 
 use std::fmt;
-use std::net::{Ipv4Addr, TcpListener};
+use std::net::{SocketAddr, TcpListener};
 use std::str::FromStr;
 use std::time::Duration;
 
@@ -34,10 +34,10 @@ pub(super) enum Viewer {
         /// How long it may take to be there.
         start_up: Duration,
     },
-    /// Viewers that come to a port of ours, on this machine only.
+    /// Viewers that come to an address of ours.
     Served {
-        /// The port.
-        port: u16,
+        /// The address.
+        address: SocketAddr,
     },
 }
 
@@ -58,15 +58,15 @@ impl Viewer {
         })
     }
 
-    /// Viewers that come to `port`.
+    /// Viewers that come to `address`.
     ///
     /// # Errors
     ///
-    /// When the port is taken; Rerun itself would only log that.
-    pub(super) fn served(port: u16) -> Result<Self, RecordError> {
-        match TcpListener::bind((Ipv4Addr::LOCALHOST, port)) {
-            Ok(_free) => Ok(Self::Served { port }),
-            Err(source) => Err(RecordError::CannotServe { port, source }),
+    /// When its port is taken; Rerun itself would only log that.
+    pub(super) fn served(address: SocketAddr) -> Result<Self, RecordError> {
+        match TcpListener::bind(address) {
+            Ok(_free) => Ok(Self::Served { address }),
+            Err(source) => Err(RecordError::CannotServe { address, source }),
         }
     }
 
@@ -120,12 +120,15 @@ impl Viewer {
     pub(super) fn open(&self) -> Result<Connection, std::net::AddrParseError> {
         Ok(match self {
             Self::Remote { uri, .. } => Connection::Client(GrpcSink::new(uri.clone())),
-            Self::Served { port } => {
+            Self::Served { address } => {
                 let options = ServerOptions {
                     memory_limit: MemoryLimit::from_bytes(SERVED_HISTORY_BYTES),
                     ..ServerOptions::default()
                 };
-                Connection::Server(GrpcServerSink::new("127.0.0.1", *port, options)?)
+                Connection::Server({
+                    let (ip, port) = (address.ip().to_string(), address.port());
+                    GrpcServerSink::new(&ip, port, options)?
+                })
             }
         })
     }
@@ -135,7 +138,7 @@ impl fmt::Display for Viewer {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Remote { uri, .. } => uri.fmt(f),
-            Self::Served { port } => write!(f, "rerun+http://127.0.0.1:{port}/proxy"),
+            Self::Served { address } => write!(f, "rerun+http://{address}/proxy"),
         }
     }
 }
