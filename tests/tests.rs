@@ -12,6 +12,8 @@ mod architecture;
 mod bad_obstacles;
 mod bending;
 mod blackbox;
+#[cfg(feature = "rerun")]
+mod compare;
 mod contact;
 mod contact_study;
 mod contract;
