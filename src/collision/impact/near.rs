@@ -1,0 +1,452 @@
+//! Which features of layers are near each other: a list that is good for many steps.
+//!
+//! It holds every pair of features that were closer than [`NEAR`] when it was made (Verlet 1967, "neighbour list",
+//! with exact distances). What isn't in it can meet only after its elements have moved far enough against each
+//! other; these are looked for by a hierarchy of moves ([`Drift`]), in which what moves together is passed over,
+//! however fast it is. Each pair keeps the direction that parted it last: as a rule it still does.
+
+use super::Features;
+use super::element::pairs;
+use super::examine::{BAND, gap_along};
+use super::ground::Ground;
+use super::search::Found;
+use super::solid::LAYER_FLOOR;
+use super::touch::Vertices;
+use crate::mesh::{Aabb, Bvh, Drift};
+use glam::{DVec3, Mat4, Vec3, Vec4};
+use rayon::prelude::*;
+
+/// Distance below which features are listed, in thicknesses.
+const NEAR: f64 = 1.5;
+
+/// Change of the ends of ways within a step, in thicknesses, up to which what was looked for at its beginning is all
+/// that can meet.
+const ROOM: f64 = 0.125;
+
+/// Slack below which pairs are looked at in all rounds of a step, in thicknesses; others are passed over in blocks.
+const TIGHT: f64 = 0.25;
+
+/// Steps after which the list is made anew. What has come near since then is held by impacts only, not pushed to the
+/// thickness.
+const OLDEST: u32 = 16;
+
+/// The list is made anew, too, when more elements have drifted than this part of it is long.
+const MANY: usize = 8;
+
+/// Listed pairs that are passed over together in later rounds.
+const BLOCK: usize = 32;
+
+/// Edge–edge pairs have this bit in their first vertex.
+const EDGES: u32 = 1 << 31;
+
+/// Two features that are near each other.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Near {
+    /// Their vertices, and [`EDGES`].
+    vertices: [u32; 4],
+    /// A direction from the second to the first.
+    normal: Vec3,
+    /// How much the ends of their ways may differ from the step's first, together, before they can meet (m).
+    slack: f32,
+}
+
+impl Near {
+    fn new(features: Features, mut vertices: [u32; 4], between: DVec3) -> Self {
+        if features == Features::EdgeEdge {
+            vertices[0] |= EDGES;
+        }
+        Self {
+            vertices,
+            normal: between.normalize_or_zero().as_vec3(),
+            slack: 0.0,
+        }
+    }
+
+    fn features(&self) -> (Features, [u32; 4]) {
+        let [first, b, c, d] = self.vertices;
+        if first & EDGES == 0 {
+            (Features::VertexFace, self.vertices)
+        } else {
+            (Features::EdgeEdge, [first & !EDGES, b, c, d])
+        }
+    }
+}
+
+/// What one task keeps of a part of the cloths' hierarchy, and of later parts.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Part {
+    near: Vec<Near>,
+    /// Which of them have less slack than [`TIGHT`].
+    tight: Vec<u32>,
+    /// The groups of vertices, see [`group`], that each [`BLOCK`] of the list has to do with.
+    groups: Vec<u128>,
+    /// Elements between which pairs that aren't listed may meet.
+    drifted: Vec<[u32; 2]>,
+}
+
+/// The list of what is near, and what is needed to know how long it is good.
+#[derive(Clone, Debug)]
+pub(super) struct Neighbours {
+    parts: Vec<Part>,
+    /// Positions for which the list was made (m).
+    places: Vec<DVec3>,
+    /// How far each element has moved since, at the start and at the end of its way.
+    moves: [Bvh; 2],
+    /// Steps since.
+    age: u32,
+    /// Ends of the ways when the step was searched first (m).
+    first_ends: Vec<DVec3>,
+    /// How far each end is from there (m).
+    changes: Vec<f32>,
+    /// Whether any has been farther than there is room for.
+    strayed: bool,
+    /// Starts and ends of the ways in single precision, from [`origin`](Self::origin) on (m).
+    ways: Vec<[Vec4; 2]>,
+    origin: DVec3,
+    /// Rounding of a gap between them (m).
+    rounding: f32,
+}
+
+impl Neighbours {
+    pub(super) fn new(particles: usize) -> Self {
+        Self {
+            parts: Vec::new(),
+            places: vec![DVec3::NAN; particles],
+            moves: [Bvh::new(&[]), Bvh::new(&[])],
+            age: OLDEST,
+            first_ends: vec![DVec3::NAN; particles],
+            changes: vec![0.0; particles],
+            strayed: false,
+            ways: vec![[Vec4::ZERO; 2]; particles],
+            origin: DVec3::ZERO,
+            rounding: 0.0,
+        }
+    }
+
+    /// Brings the list up to date for a search, the first one of a step or a later one.
+    pub(super) fn renew(&mut self, ground: &mut Ground, thickness: f64, first: bool) {
+        if first {
+            self.age += 1;
+            if self.age > OLDEST {
+                self.list(ground, thickness);
+            }
+            self.first_ends
+                .copy_from_slice(&ground.vertices.end[..self.changes.len()]);
+            self.changes.fill(0.0);
+            self.strayed = false;
+            self.fit(ground, 0);
+        } else {
+            let ways = ground.vertices.end.iter().zip(&self.first_ends);
+            for (change, (end, first)) in self.changes.iter_mut().zip(ways) {
+                *change = round_up((*end - *first).length());
+            }
+            let room = round_down(ROOM * thickness);
+            self.strayed |= self.changes.iter().any(|change| *change > room);
+            if !self.strayed {
+                return;
+            }
+        }
+        self.fit(ground, 1);
+        self.look_for_drifted(ground, thickness);
+    }
+
+    /// Makes the list for where the step begins.
+    fn list(&mut self, ground: &mut Ground, thickness: f64) {
+        self.age = 0;
+        let particles = self.places.len();
+        self.places
+            .copy_from_slice(&ground.vertices.start[..particles]);
+        self.origin = self.places.first().copied().unwrap_or_default();
+        ground.fit_cloth(&self.places, 0.5 * NEAR * thickness);
+        if self.moves[0].len() != ground.cloth.len() {
+            self.moves = [0, 1].map(|_| ground.cloth_tree.clone());
+        }
+        self.parts
+            .resize(ground.cloth_tree.parts(), Part::default());
+        let (ground, places) = (&*ground, &self.places);
+        self.parts
+            .par_iter_mut()
+            .enumerate()
+            .for_each(|(number, part)| {
+                part.near.clear();
+                ground.cloth_tree.self_pairs(number, |one, other| {
+                    let both = [one as usize, other as usize].map(|k| (k, &ground.cloth[k]));
+                    ground.cloth_boxes.pairs(both, |features, vertices| {
+                        if let Some(between) = between(features, &of(places, vertices), thickness) {
+                            part.near.push(Near::new(features, vertices, between));
+                        }
+                    });
+                });
+                part.groups.clear();
+                part.groups.extend(part.near.chunks(BLOCK).map(|block| {
+                    let all = block.iter().flat_map(|near| near.features().1);
+                    all.fold(0, |groups, i| groups | group(i as usize, particles))
+                }));
+            });
+    }
+
+    /// Fits a hierarchy of moves.
+    fn fit(&mut self, ground: &Ground, time: usize) {
+        let Vertices { start, end, .. } = &ground.vertices;
+        let (now, places) = ([start, end][time], &self.places);
+        self.moves[time].refit_with(|item| {
+            let corners = ground.cloth[item as usize].corners.map(|i| i as usize);
+            Aabb::around(corners.map(|i| now[i] - places[i]))
+        });
+    }
+
+    /// Looks for elements that have moved so far against each other that what isn't listed may meet.
+    fn look_for_drifted(&mut self, ground: &Ground, thickness: f64) {
+        let needed = (1.0 + BAND) * LAYER_FLOOR;
+        let drift = Drift {
+            places: &ground.cloth_tree,
+            moves: [&self.moves[0], &self.moves[1]],
+            most: round_down((NEAR - needed - 2.0 * ROOM) * thickness),
+        };
+        self.parts
+            .par_iter_mut()
+            .enumerate()
+            .for_each(|(number, part)| {
+                part.drifted.clear();
+                drift.pairs(number, |one, other| part.drifted.push([one, other]));
+            });
+        let count = |length: fn(&Part) -> usize| self.parts.iter().map(length).sum::<usize>();
+        if count(|part| part.drifted.len()) > count(|part| part.near.len()) / MANY {
+            self.age = OLDEST;
+        }
+    }
+
+    /// Takes over starts and ends in single precision.
+    fn round(&mut self, vertices: &Vertices) {
+        let origin = self.origin;
+        let all = vertices.start.iter().zip(&vertices.end);
+        let mut largest = 0.0_f32;
+        for (way, (start, end)) in self.ways.iter_mut().zip(all) {
+            *way = [start, end].map(|x| (*x - origin).as_vec3().extend(0.0));
+            largest = largest.max((way[0].abs().max(way[1].abs())).max_element());
+        }
+        // Of three products and their sums, twice, and of the normal's length: 20 roundings of half of that.
+        self.rounding = 16.0 * f32::EPSILON * largest;
+    }
+
+    /// Number of tasks.
+    pub(super) fn parts(&self) -> usize {
+        self.parts.len()
+    }
+
+    /// Looks for meetings among what is near or has drifted.
+    pub(super) fn search(
+        &mut self,
+        ground: &Ground,
+        thickness: f64,
+        first: bool,
+        found: &mut [Found],
+    ) {
+        self.round(&ground.vertices);
+        let Self {
+            parts,
+            places,
+            changes,
+            ways,
+            rounding,
+            ..
+        } = self;
+        let band = (1.0 + BAND) * LAYER_FLOOR * thickness;
+        let mut watch = Watch {
+            ground,
+            places,
+            changes,
+            ways,
+            band: round_up(band) + *rounding,
+            reach: round_up(thickness) + *rounding,
+            thickness,
+            tight: round_down(TIGHT * thickness),
+            stale: 0,
+            strayed: 0,
+            first,
+        };
+        if !first {
+            watch.group_changed();
+        }
+        let tasks = parts.par_iter_mut().zip(found);
+        tasks.for_each(|(part, found)| {
+            found.touches.clear();
+            if first {
+                watch.look_at_all(part, found);
+            } else {
+                watch.look_again(part, found);
+            }
+            watch.look_at_drifted(&part.drifted, found);
+        });
+    }
+}
+
+/// What is needed to look at near features.
+struct Watch<'a> {
+    ground: &'a Ground,
+    /// See [`Neighbours`].
+    places: &'a [DVec3],
+    changes: &'a [f32],
+    ways: &'a [[Vec4; 2]],
+    /// Gaps that are looked at closely: on the way, and at first at its beginning (m).
+    band: f32,
+    reach: f32,
+    thickness: f64,
+    /// See [`TIGHT`] (m).
+    tight: f32,
+    /// Groups of vertices whose ways have changed since the last search.
+    stale: u128,
+    /// Groups of vertices with changes that may use up more than what is tight.
+    strayed: u128,
+    first: bool,
+}
+
+impl Watch<'_> {
+    fn group_changed(&mut self) {
+        for (i, change) in self.changes.iter().enumerate() {
+            let bit = group(i, self.changes.len());
+            if 2.0 * change >= self.tight {
+                self.strayed |= bit;
+            }
+            if self.ground.stale[i] {
+                self.stale |= bit;
+            }
+        }
+    }
+
+    #[expect(clippy::cast_possible_truncation, reason = "numbers have 32 bits")]
+    fn look_at_all(&self, part: &mut Part, found: &mut Found) {
+        part.tight.clear();
+        for (k, near) in part.near.iter_mut().enumerate() {
+            self.look(near, found);
+            if near.slack < self.tight {
+                part.tight.push(k as u32);
+            }
+        }
+    }
+
+    /// Looks at what is tight, and at others of which one vertex has changed and one changed much.
+    #[expect(clippy::cast_possible_truncation, reason = "numbers have 32 bits")]
+    fn look_again(&self, part: &mut Part, found: &mut Found) {
+        for &k in &part.tight {
+            self.look(&mut part.near[k as usize], found);
+        }
+        let blocks = part.near.chunks_mut(BLOCK).zip(&part.groups).enumerate();
+        for (number, (block, groups)) in blocks {
+            if groups & self.strayed == 0 || groups & self.stale == 0 {
+                continue;
+            }
+            for (k, near) in block.iter_mut().enumerate() {
+                if near.slack >= self.tight {
+                    self.look(near, found);
+                    if near.slack < self.tight {
+                        part.tight.push((number * BLOCK + k) as u32);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Looks whether two features that are near each other meet.
+    #[inline]
+    fn look(&self, near: &mut Near, found: &mut Found) {
+        let (features, vertices) = near.features();
+        let mut changed = 0.0;
+        if !self.first {
+            let [a, b, c, d] = vertices.map(|i| self.changes[i as usize]);
+            changed = match features {
+                Features::VertexFace => a + b.max(c).max(d),
+                Features::EdgeEdge => a.max(b) + c.max(d),
+            };
+            if changed < near.slack || !self.ground.is_any_stale(vertices) {
+                return;
+            }
+        }
+        let [began, ends] = self.gaps(features, vertices, near.normal);
+        let slack = began.min(ends) - self.band;
+        if slack > 0.0 && !(self.first && began < self.reach) {
+            near.slack = slack - changed;
+            return;
+        }
+        let examined = self.ground.examine_layers(features, vertices, self.first);
+        near.normal = examined.normal.as_vec3();
+        near.slack = round_down(examined.slack) - changed;
+        found.touches.extend(examined.touch);
+    }
+
+    /// Gaps of two features along a direction of length 1, at the start and at the end of their ways (m).
+    #[inline]
+    fn gaps(&self, features: Features, vertices: [u32; 4], normal: Vec3) -> [f32; 2] {
+        let [a, b, c, d] = vertices.map(|i| &self.ways[i as usize]);
+        [0, 1].map(|time| {
+            let all = Mat4::from_cols(a[time], b[time], c[time], d[time]).transpose();
+            let along = all.x_axis * normal.x + all.y_axis * normal.y + all.z_axis * normal.z;
+            let [a, b, c, d] = along.to_array();
+            match features {
+                Features::VertexFace => a - b.max(c).max(d),
+                Features::EdgeEdge => a.min(b) - c.max(d),
+            }
+        })
+    }
+
+    /// Looks whether features that aren't listed meet.
+    fn look_at_drifted(&self, drifted: &[[u32; 2]], found: &mut Found) {
+        let enough = f64::from(if self.first { self.reach } else { self.band });
+        for both in drifted {
+            let [one, other] = both.map(|k| &self.ground.cloth[k as usize]);
+            if self.ground.apart(one, other) > enough {
+                continue;
+            }
+            pairs(one, other, false, |features, vertices| {
+                let (mine, yours) = vertices.split_at(features.split());
+                let apart = mine.iter().all(|i| !yours.contains(i));
+                if apart && (self.first || self.ground.is_any_stale(vertices)) {
+                    let examined = self.ground.examine_layers(features, vertices, self.first);
+                    let listed =
+                        || between(features, &of(self.places, vertices), self.thickness).is_some();
+                    found.touches.extend(examined.touch.filter(|_| !listed()));
+                }
+            });
+        }
+    }
+}
+
+/// The bit of the group that a vertex of so many is in: 128 ranges of numbers.
+fn group(vertex: usize, count: usize) -> u128 {
+    1 << (vertex * 128 / count)
+}
+
+/// A length (m) in single precision, a little less.
+#[expect(clippy::cast_possible_truncation, reason = "rounded down")]
+fn round_down(length: f64) -> f32 {
+    (length - 1e-6 * length.abs()) as f32
+}
+
+/// A length (m) in single precision, a little more.
+#[expect(clippy::cast_possible_truncation, reason = "rounded up")]
+fn round_up(length: f64) -> f32 {
+    (length * (1.0 + 1e-6)) as f32
+}
+
+/// From the closest point of a feature to that of another, if they are near each other (m).
+#[inline]
+fn between(features: Features, x: &[DVec3; 4], thickness: f64) -> Option<DVec3> {
+    let [a, b, c, d] = *x;
+    let reach_squared = (NEAR * thickness).powi(2);
+    // Most are clearly apart along the line between their middles.
+    let direction = match features {
+        Features::VertexFace => a * 3.0 - b - c - d,
+        Features::EdgeEdge => a + b - c - d,
+    };
+    let gap = gap_along(features, x, direction);
+    if gap > 0.0 && gap * gap > reach_squared * direction.length_squared() {
+        return None;
+    }
+    let between = features.closest(*x).between;
+    (between.length_squared() < reach_squared).then_some(between)
+}
+
+/// Four entries of a list.
+fn of(list: &[DVec3], vertices: [u32; 4]) -> [DVec3; 4] {
+    vertices.map(|i| list[i as usize])
+}
