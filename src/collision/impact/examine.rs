@@ -334,7 +334,8 @@ fn boxes_apart(features: Features, x: &[DVec3; 4]) -> f64 {
 }
 
 /// Four entries of a list: an array's `map` wasn't made one with the loop, and took a tenth of the search.
-fn of(list: &[DVec3], [a, b, c, d]: [u32; 4]) -> [DVec3; 4] {
+#[inline]
+pub(super) fn of<T: Copy>(list: &[T], [a, b, c, d]: [u32; 4]) -> [T; 4] {
     [
         list[a as usize],
         list[b as usize],

@@ -193,8 +193,9 @@ impl Ground {
 
     /// Whether any way of four vertices has changed since it was searched.
     #[inline]
-    pub(super) fn is_any_stale(&self, vertices: [u32; 4]) -> bool {
-        vertices.iter().any(|&i| self.stale[i as usize])
+    pub(super) fn is_any_stale(&self, [a, b, c, d]: [u32; 4]) -> bool {
+        let stale = |i: u32| self.stale[i as usize];
+        stale(a) || stale(b) || stale(c) || stale(d)
     }
 
     /// Whether the way of an element has changed since it was searched.

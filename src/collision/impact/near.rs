@@ -7,7 +7,7 @@
 
 use super::Features;
 use super::element::pairs;
-use super::examine::{BAND, gap_along};
+use super::examine::{BAND, gap_along, of};
 use super::ground::Ground;
 use super::search::Found;
 use super::solid::LAYER_FLOOR;
@@ -29,9 +29,6 @@ const TIGHT: f64 = 0.25;
 /// Steps after which the list is made anew. What has come near since then is held by impacts only, not pushed to the
 /// thickness.
 const OLDEST: u32 = 16;
-
-/// The list is made anew, too, when more elements have drifted than this part of it is long.
-const MANY: usize = 8;
 
 /// Listed pairs that are passed over together in later rounds.
 const BLOCK: usize = 32;
@@ -94,6 +91,10 @@ pub(super) struct Neighbours {
     moves: [Bvh; 2],
     /// Steps since.
     age: u32,
+    /// Pairs of elements that had drifted in the list's first step: its way alone.
+    usual: usize,
+    /// Those looked at since beyond that.
+    extra: usize,
     /// Ends of the ways when the step was searched first (m).
     first_ends: Vec<DVec3>,
     /// How far each end is from there (m).
@@ -114,6 +115,8 @@ impl Neighbours {
             places: vec![DVec3::NAN; particles],
             moves: [Bvh::new(&[]), Bvh::new(&[])],
             age: OLDEST,
+            usual: 0,
+            extra: 0,
             first_ends: vec![DVec3::NAN; particles],
             changes: vec![0.0; particles],
             strayed: false,
@@ -135,6 +138,9 @@ impl Neighbours {
             self.changes.fill(0.0);
             self.strayed = false;
             self.fit(ground, 0);
+            self.fit(ground, 1);
+            self.look_for_drifted(ground, thickness);
+            self.weigh_drift();
         } else {
             let ways = ground.vertices.end.iter().zip(&self.first_ends);
             for (change, (end, first)) in self.changes.iter_mut().zip(ways) {
@@ -142,12 +148,11 @@ impl Neighbours {
             }
             let room = round_down(ROOM * thickness);
             self.strayed |= self.changes.iter().any(|change| *change > room);
-            if !self.strayed {
-                return;
+            if self.strayed {
+                self.fit(ground, 1);
+                self.look_for_drifted(ground, thickness);
             }
         }
-        self.fit(ground, 1);
-        self.look_for_drifted(ground, thickness);
     }
 
     /// Makes the list for where the step begins.
@@ -210,8 +215,18 @@ impl Neighbours {
                 part.drifted.clear();
                 drift.pairs(number, |one, other| part.drifted.push([one, other]));
             });
+    }
+
+    /// Counts what has drifted more than when the list was made: to look at a pair of elements takes about as long as
+    /// to list a pair of features. When as many have been looked at, a new list is cheaper.
+    fn weigh_drift(&mut self) {
         let count = |length: fn(&Part) -> usize| self.parts.iter().map(length).sum::<usize>();
-        if count(|part| part.drifted.len()) > count(|part| part.near.len()) / MANY {
+        let drifted = count(|part| part.drifted.len());
+        if self.age == 0 {
+            (self.usual, self.extra) = (drifted, 0);
+        }
+        self.extra += drifted.saturating_sub(self.usual);
+        if self.extra > count(|part| part.near.len()) {
             self.age = OLDEST;
         }
     }
@@ -353,7 +368,7 @@ impl Watch<'_> {
         let (features, vertices) = near.features();
         let mut changed = 0.0;
         if !self.first {
-            let [a, b, c, d] = vertices.map(|i| self.changes[i as usize]);
+            let [a, b, c, d] = of(self.changes, vertices);
             changed = match features {
                 Features::VertexFace => a + b.max(c).max(d),
                 Features::EdgeEdge => a.max(b) + c.max(d),
@@ -377,16 +392,17 @@ impl Watch<'_> {
     /// Gaps of two features along a direction of length 1, at the start and at the end of their ways (m).
     #[inline]
     fn gaps(&self, features: Features, vertices: [u32; 4], normal: Vec3) -> [f32; 2] {
-        let [a, b, c, d] = vertices.map(|i| &self.ways[i as usize]);
-        [0, 1].map(|time| {
-            let all = Mat4::from_cols(a[time], b[time], c[time], d[time]).transpose();
+        let [a, b, c, d] = of(self.ways, vertices);
+        let gap = |a: Vec4, b: Vec4, c: Vec4, d: Vec4| {
+            let all = Mat4::from_cols(a, b, c, d).transpose();
             let along = all.x_axis * normal.x + all.y_axis * normal.y + all.z_axis * normal.z;
             let [a, b, c, d] = along.to_array();
             match features {
                 Features::VertexFace => a - b.max(c).max(d),
                 Features::EdgeEdge => a.min(b) - c.max(d),
             }
-        })
+        };
+        [gap(a[0], b[0], c[0], d[0]), gap(a[1], b[1], c[1], d[1])]
     }
 
     /// Looks whether features that aren't listed meet.
@@ -444,9 +460,4 @@ fn between(features: Features, x: &[DVec3; 4], thickness: f64) -> Option<DVec3> 
     }
     let between = features.closest(*x).between;
     (between.length_squared() < reach_squared).then_some(between)
-}
-
-/// Four entries of a list.
-fn of(list: &[DVec3], vertices: [u32; 4]) -> [DVec3; 4] {
-    vertices.map(|i| list[i as usize])
 }

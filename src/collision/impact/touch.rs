@@ -1,5 +1,6 @@
 //! One place where features met, and how the vertices are moved there.
 
+use super::examine::of;
 use glam::DVec3;
 
 /// All vertices: the cloths' particles first, then those of the solids.
@@ -175,7 +176,7 @@ impl Fresh {
     /// Whether a touch has something to do.
     #[inline]
     pub(super) fn is_due(&self, touch: usize, vertices: [u32; 4]) -> bool {
-        let [a, b, c, d] = vertices.map(|i| self.changed[i as usize]);
+        let [a, b, c, d] = of(&self.changed, vertices);
         a.max(b).max(c).max(d) > self.seen[touch]
     }
 
