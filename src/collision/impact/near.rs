@@ -19,8 +19,7 @@ use rayon::prelude::*;
 /// Distance below which features are listed, in thicknesses.
 const NEAR: f64 = 1.5;
 
-/// Change of the ends of ways within a step, in thicknesses, up to which what was looked for at its beginning is all
-/// that can meet.
+/// Change of the ends of ways within a step, in thicknesses, up to which what has drifted isn't looked for again.
 const ROOM: f64 = 0.125;
 
 /// Slack below which pairs are looked at in all rounds of a step, in thicknesses; others are passed over in blocks.
@@ -99,8 +98,8 @@ pub(super) struct Neighbours {
     first_ends: Vec<DVec3>,
     /// How far each end is from there (m).
     changes: Vec<f32>,
-    /// Whether any has been farther than there is room for.
-    strayed: bool,
+    /// Ends of the ways when what has drifted was looked for (m).
+    looked_ends: Vec<DVec3>,
     /// Starts and ends of the ways in single precision, from [`origin`](Self::origin) on (m).
     ways: Vec<[Vec4; 2]>,
     origin: DVec3,
@@ -119,7 +118,7 @@ impl Neighbours {
             extra: 0,
             first_ends: vec![DVec3::NAN; particles],
             changes: vec![0.0; particles],
-            strayed: false,
+            looked_ends: vec![DVec3::NAN; particles],
             ways: vec![[Vec4::ZERO; 2]; particles],
             origin: DVec3::ZERO,
             rounding: 0.0,
@@ -136,7 +135,6 @@ impl Neighbours {
             self.first_ends
                 .copy_from_slice(&ground.vertices.end[..self.changes.len()]);
             self.changes.fill(0.0);
-            self.strayed = false;
             self.fit(ground, 0);
             self.fit(ground, 1);
             self.look_for_drifted(ground, thickness);
@@ -146,9 +144,9 @@ impl Neighbours {
             for (change, (end, first)) in self.changes.iter_mut().zip(ways) {
                 *change = round_up((*end - *first).length());
             }
-            let room = round_down(ROOM * thickness);
-            self.strayed |= self.changes.iter().any(|change| *change > room);
-            if self.strayed {
+            let square = (ROOM * thickness).powi(2);
+            let mut ways = ground.vertices.end.iter().zip(&self.looked_ends);
+            if ways.any(|(end, looked)| end.distance_squared(*looked) > square) {
                 self.fit(ground, 1);
                 self.look_for_drifted(ground, thickness);
             }
@@ -202,6 +200,9 @@ impl Neighbours {
 
     /// Looks for elements that have moved so far against each other that what isn't listed may meet.
     fn look_for_drifted(&mut self, ground: &Ground, thickness: f64) {
+        let particles = self.looked_ends.len();
+        self.looked_ends
+            .copy_from_slice(&ground.vertices.end[..particles]);
         let needed = (1.0 + BAND) * LAYER_FLOOR;
         let drift = Drift {
             places: &ground.cloth_tree,
