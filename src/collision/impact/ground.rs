@@ -51,7 +51,7 @@ pub(super) struct Ground {
     pub(super) layers: Option<Layers>,
     /// Whether a vertex's way isn't the one that was last searched.
     pub(super) stale: Vec<bool>,
-    /// Whether a vertex belongs to a face.
+    /// Whether a vertex belongs to a face of cloth.
     pub(super) faced: Vec<bool>,
     /// The rigid zone of each vertex that moves with one.
     pub(super) zone: Vec<Option<u32>>,
@@ -114,15 +114,8 @@ impl Ground {
             count += one.shape.vertices();
         }
         let cloth = elements(0, particles as u32, fabric.triangles, fabric.edges, 0);
-        let mut faced = vec![false; count];
-        for element in cloth.iter().chain(&solid).filter(|element| element.face) {
-            element
-                .corners
-                .iter()
-                .for_each(|&i| faced[i as usize] = true);
-        }
         let ground = Self {
-            faced,
+            faced: faced(count, &cloth),
             vertices: Vertices {
                 start: vec![DVec3::ZERO; count],
                 end: vec![DVec3::ZERO; count],
@@ -202,6 +195,14 @@ impl Ground {
     pub(super) fn is_stale(&self, element: &Element) -> bool {
         element.corners.iter().any(|&i| self.stale[i as usize])
     }
+}
+
+/// Which of so many vertices belong to faces of some elements.
+fn faced(count: usize, elements: &[Element]) -> Vec<bool> {
+    let mut faced = vec![false; count];
+    let faces = elements.iter().filter(|element| element.face);
+    faces.for_each(|face| face.corners.iter().for_each(|&i| faced[i as usize] = true));
+    faced
 }
 
 /// Box of an element's way (m).

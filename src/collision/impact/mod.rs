@@ -21,6 +21,7 @@ mod slowing;
 mod solid;
 mod stage;
 mod touch;
+mod watch;
 mod zone;
 
 pub use advance::{Meeting, meeting};

@@ -6,14 +6,14 @@
 //! however fast it is. Each pair keeps the direction that parted it last: as a rule it still does.
 
 use super::Features;
-use super::element::pairs;
 use super::examine::{BAND, gap_along, of};
 use super::ground::Ground;
 use super::search::Found;
 use super::solid::LAYER_FLOOR;
 use super::touch::Vertices;
+use super::watch::Watch;
 use crate::mesh::{Aabb, Bvh, Drift};
-use glam::{DVec3, Mat4, Vec3, Vec4};
+use glam::{DVec3, Vec3, Vec4};
 use rayon::prelude::*;
 
 /// Distance below which features are listed, in thicknesses.
@@ -23,14 +23,14 @@ const NEAR: f64 = 1.5;
 const ROOM: f64 = 0.125;
 
 /// Slack below which pairs are looked at in all rounds of a step, in thicknesses; others are passed over in blocks.
-const TIGHT: f64 = 0.25;
+pub(super) const TIGHT: f64 = 0.25;
 
 /// Steps after which the list is made anew. What has come near since then is held by impacts only, not pushed to the
 /// thickness.
 const OLDEST: u32 = 16;
 
 /// Listed pairs that are passed over together in later rounds.
-const BLOCK: usize = 32;
+pub(super) const BLOCK: usize = 32;
 
 /// Edge–edge pairs have this bit in their first vertex.
 const EDGES: u32 = 1 << 31;
@@ -41,9 +41,9 @@ pub(super) struct Near {
     /// Their vertices, and [`EDGES`].
     vertices: [u32; 4],
     /// A direction from the second to the first.
-    normal: Vec3,
+    pub(super) normal: Vec3,
     /// How much the ends of their ways may differ from the step's first, together, before they can meet (m).
-    slack: f32,
+    pub(super) slack: f32,
 }
 
 impl Near {
@@ -58,7 +58,7 @@ impl Near {
         }
     }
 
-    fn features(&self) -> (Features, [u32; 4]) {
+    pub(super) fn features(&self) -> (Features, [u32; 4]) {
         let [first, b, c, d] = self.vertices;
         if first & EDGES == 0 {
             (Features::VertexFace, self.vertices)
@@ -71,13 +71,13 @@ impl Near {
 /// What one task keeps of a part of the cloths' hierarchy, and of later parts.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Part {
-    near: Vec<Near>,
+    pub(super) near: Vec<Near>,
     /// Which of them have less slack than [`TIGHT`].
-    tight: Vec<u32>,
+    pub(super) tight: Vec<u32>,
     /// The groups of vertices, see [`group`], that each [`BLOCK`] of the list has to do with.
-    groups: Vec<u128>,
+    pub(super) groups: Vec<u128>,
     /// Elements between which pairs that aren't listed may meet.
-    drifted: Vec<[u32; 2]>,
+    pub(super) drifted: Vec<[u32; 2]>,
 }
 
 /// The list of what is near, and what is needed to know how long it is good.
@@ -297,157 +297,26 @@ impl Neighbours {
     }
 }
 
-/// What is needed to look at near features.
-struct Watch<'a> {
-    ground: &'a Ground,
-    /// See [`Neighbours`].
-    places: &'a [DVec3],
-    changes: &'a [f32],
-    ways: &'a [[Vec4; 2]],
-    /// Gaps that are looked at closely: on the way, and at first at its beginning (m).
-    band: f32,
-    reach: f32,
-    thickness: f64,
-    /// See [`TIGHT`] (m).
-    tight: f32,
-    /// Groups of vertices whose ways have changed since the last search.
-    stale: u128,
-    /// Groups of vertices with changes that may use up more than what is tight.
-    strayed: u128,
-    first: bool,
-}
-
-impl Watch<'_> {
-    fn group_changed(&mut self) {
-        for (i, change) in self.changes.iter().enumerate() {
-            let bit = group(i, self.changes.len());
-            if 2.0 * change >= self.tight {
-                self.strayed |= bit;
-            }
-            if self.ground.stale[i] {
-                self.stale |= bit;
-            }
-        }
-    }
-
-    #[expect(clippy::cast_possible_truncation, reason = "numbers have 32 bits")]
-    fn look_at_all(&self, part: &mut Part, found: &mut Found) {
-        part.tight.clear();
-        for (k, near) in part.near.iter_mut().enumerate() {
-            self.look(near, found);
-            if near.slack < self.tight {
-                part.tight.push(k as u32);
-            }
-        }
-    }
-
-    /// Looks at what is tight, and at others of which one vertex has changed and one changed much.
-    #[expect(clippy::cast_possible_truncation, reason = "numbers have 32 bits")]
-    fn look_again(&self, part: &mut Part, found: &mut Found) {
-        for &k in &part.tight {
-            self.look(&mut part.near[k as usize], found);
-        }
-        let blocks = part.near.chunks_mut(BLOCK).zip(&part.groups).enumerate();
-        for (number, (block, groups)) in blocks {
-            if groups & self.strayed == 0 || groups & self.stale == 0 {
-                continue;
-            }
-            for (k, near) in block.iter_mut().enumerate() {
-                if near.slack >= self.tight {
-                    self.look(near, found);
-                    if near.slack < self.tight {
-                        part.tight.push((number * BLOCK + k) as u32);
-                    }
-                }
-            }
-        }
-    }
-
-    /// Looks whether two features that are near each other meet.
-    #[inline]
-    fn look(&self, near: &mut Near, found: &mut Found) {
-        let (features, vertices) = near.features();
-        let mut changed = 0.0;
-        if !self.first {
-            let [a, b, c, d] = of(self.changes, vertices);
-            changed = match features {
-                Features::VertexFace => a + b.max(c).max(d),
-                Features::EdgeEdge => a.max(b) + c.max(d),
-            };
-            if changed < near.slack || !self.ground.is_any_stale(vertices) {
-                return;
-            }
-        }
-        let [began, ends] = self.gaps(features, vertices, near.normal);
-        let slack = began.min(ends) - self.band;
-        if slack > 0.0 && !(self.first && began < self.reach) {
-            near.slack = slack - changed;
-            return;
-        }
-        let examined = self.ground.examine_layers(features, vertices, self.first);
-        near.normal = examined.normal.as_vec3();
-        near.slack = round_down(examined.slack) - changed;
-        found.touches.extend(examined.touch);
-    }
-
-    /// Gaps of two features along a direction of length 1, at the start and at the end of their ways (m).
-    #[inline]
-    fn gaps(&self, features: Features, vertices: [u32; 4], normal: Vec3) -> [f32; 2] {
-        let [a, b, c, d] = of(self.ways, vertices);
-        let gap = |a: Vec4, b: Vec4, c: Vec4, d: Vec4| {
-            let all = Mat4::from_cols(a, b, c, d).transpose();
-            let along = all.x_axis * normal.x + all.y_axis * normal.y + all.z_axis * normal.z;
-            let [a, b, c, d] = along.to_array();
-            match features {
-                Features::VertexFace => a - b.max(c).max(d),
-                Features::EdgeEdge => a.min(b) - c.max(d),
-            }
-        };
-        [gap(a[0], b[0], c[0], d[0]), gap(a[1], b[1], c[1], d[1])]
-    }
-
-    /// Looks whether features that aren't listed meet.
-    fn look_at_drifted(&self, drifted: &[[u32; 2]], found: &mut Found) {
-        let enough = f64::from(if self.first { self.reach } else { self.band });
-        for both in drifted {
-            let [one, other] = both.map(|k| &self.ground.cloth[k as usize]);
-            if self.ground.apart(one, other) > enough {
-                continue;
-            }
-            pairs(one, other, false, |features, vertices| {
-                let (mine, yours) = vertices.split_at(features.split());
-                let apart = mine.iter().all(|i| !yours.contains(i));
-                if apart && (self.first || self.ground.is_any_stale(vertices)) {
-                    let examined = self.ground.examine_layers(features, vertices, self.first);
-                    let listed =
-                        || between(features, &of(self.places, vertices), self.thickness).is_some();
-                    found.touches.extend(examined.touch.filter(|_| !listed()));
-                }
-            });
-        }
-    }
-}
-
 /// The bit of the group that a vertex of so many is in: 128 ranges of numbers.
-fn group(vertex: usize, count: usize) -> u128 {
+pub(super) fn group(vertex: usize, count: usize) -> u128 {
     1 << (vertex * 128 / count)
 }
 
 /// A length (m) in single precision, a little less.
 #[expect(clippy::cast_possible_truncation, reason = "rounded down")]
-fn round_down(length: f64) -> f32 {
+pub(super) fn round_down(length: f64) -> f32 {
     (length - 1e-6 * length.abs()) as f32
 }
 
 /// A length (m) in single precision, a little more.
 #[expect(clippy::cast_possible_truncation, reason = "rounded up")]
-fn round_up(length: f64) -> f32 {
+pub(super) fn round_up(length: f64) -> f32 {
     (length * (1.0 + 1e-6)) as f32
 }
 
 /// From the closest point of a feature to that of another, if they are near each other (m).
 #[inline]
-fn between(features: Features, x: &[DVec3; 4], thickness: f64) -> Option<DVec3> {
+pub(super) fn between(features: Features, x: &[DVec3; 4], thickness: f64) -> Option<DVec3> {
     let [a, b, c, d] = *x;
     let reach_squared = (NEAR * thickness).powi(2);
     // Most are clearly apart along the line between their middles.
