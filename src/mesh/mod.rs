@@ -24,7 +24,7 @@ mod tri_mesh;
 
 pub use aabb::Aabb;
 pub use block::block;
-pub use bvh::{Bounds, Bvh, FourBoxes, Lanes};
+pub use bvh::{Bounds, Bvh, Drift, FourBoxes, Lanes};
 pub use chain::chain;
 pub use closest_point::{OnTriangle, closest_point};
 pub use cloth::cloth;

@@ -2,8 +2,8 @@
 
 use super::Features;
 use super::element::Element;
-use super::touch::Vertices;
 use crate::mesh::{Aabb, Bounds, FourBoxes};
+use glam::DVec3;
 use rayon::prelude::*;
 
 /// Which of an element's four boxes is that of its face; the others are those of the edges that it owns.
@@ -12,8 +12,8 @@ const FACE: usize = 3;
 /// Vertices or elements that a task fits at least: much longer than waking a thread.
 const TASK: usize = 1024;
 
-/// Boxes of what particles and elements of cloth do in a step, grown by half the thickness: two overlap when
-/// the features may come closer than that. In a rope of folds two pairs of features in three are told apart here,
+/// Boxes of particles and elements of cloth, grown by half a reach: two overlap when the features may be closer than
+/// that. In a rope of folds two pairs of features in three are told apart here,
 /// four at a time.
 #[derive(Clone, Debug, Default)]
 pub(super) struct ElementBoxes {
@@ -22,25 +22,13 @@ pub(super) struct ElementBoxes {
 }
 
 impl ElementBoxes {
-    /// Brings the boxes up to date.
-    pub(super) fn fit(
-        &mut self,
-        vertices: &Vertices,
-        cloth: &[Element],
-        particles: usize,
-        margin: f64,
-    ) {
-        let Vertices { start, end, .. } = vertices;
-        self.vertices.resize(particles, Bounds::EMPTY);
+    /// Fits the boxes around positions of the particles.
+    pub(super) fn fit(&mut self, places: &[DVec3], cloth: &[Element], margin: f64) {
+        self.vertices.resize(places.len(), Bounds::EMPTY);
         self.elements.resize(cloth.len(), FourBoxes::EMPTY);
-        let places = self
-            .vertices
-            .par_iter_mut()
-            .with_min_len(TASK)
-            .zip(start)
-            .zip(end);
-        places.for_each(|((bounds, start), end)| {
-            *bounds = Bounds::around(&Aabb::around([*start, *end]).grown(margin));
+        let vertices = self.vertices.par_iter_mut().with_min_len(TASK);
+        vertices.zip(places).for_each(|(bounds, place)| {
+            *bounds = Bounds::around(&Aabb::around([*place]).grown(margin));
         });
         let around = &self.vertices;
         let elements = self.elements.par_iter_mut().with_min_len(TASK).zip(cloth);
@@ -62,8 +50,8 @@ impl ElementBoxes {
         });
     }
 
-    /// Calls `visit` with every pair of features that two elements own, have no vertex in common and may come
-    /// closer than the thickness.
+    /// Calls `visit` with every pair of features that two elements own, have no vertex in common and may be
+    /// closer than the reach.
     #[inline]
     pub(super) fn pairs(
         &self,

@@ -11,7 +11,7 @@ use glam::DVec3;
 const KEPT: f64 = 0.6;
 
 /// Width of the band in which detection stops, as a share of the separation.
-const BAND: f64 = 0.25;
+pub(super) const BAND: f64 = 0.25;
 
 /// Gap after an impact, in floors: outside of the band of detection.
 pub(super) const CLEAR: f64 = 1.5;
@@ -32,6 +32,17 @@ struct Pair {
     vertices: [u32; 4],
     start: [DVec3; 4],
     end: [DVec3; 4],
+}
+
+/// What is known of two features of layers.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Examined {
+    /// How much the ends of their ways may change together before they can meet (m); not positive where any change
+    /// counts.
+    pub(super) slack: f64,
+    /// Unit vector from the second to the first at the step's start.
+    pub(super) normal: DVec3,
+    pub(super) touch: Option<Touch>,
 }
 
 impl Ground {
@@ -70,14 +81,18 @@ impl Ground {
         (distance - rules.radius, touch)
     }
 
-    /// How much the ways of two features of layers may change together before they can meet (m), and what they come
-    /// to. Their boxes overlap.
+    /// What two features of layers come to that are near each other.
     pub(super) fn examine_layers(
         &self,
         features: Features,
         vertices: [u32; 4],
         first: bool,
-    ) -> (f64, Option<Touch>) {
+    ) -> Examined {
+        let zone = self.zone[vertices[0] as usize];
+        let rigid = zone.is_some() && vertices.iter().all(|&i| self.zone[i as usize] == zone);
+        if rigid || vertices.iter().any(|&i| self.is_exempt(i)) {
+            return Examined::default(); // an affine map keeps apart what is apart, however close
+        }
         let start = of(&self.vertices.start, vertices);
         let end = of(&self.vertices.end, vertices);
         let pair = Pair {
@@ -86,18 +101,23 @@ impl Ground {
             start,
             end,
         };
-        let zone = self.zone[vertices[0] as usize];
-        if zone.is_some() && vertices.iter().all(|&i| self.zone[i as usize] == zone) {
-            return (0.0, None); // an affine map keeps apart what is apart, however close
-        }
         let rules = &self.rules[0];
         let closest = features.closest(start);
-        let slack = gap_on_way(&pair, closest.between) - (1.0 + BAND) * rules.floor;
-        if slack > 0.0 && !(first && closest.between.length_squared() < self.reach(rules).powi(2)) {
-            return (slack, None);
+        let normal = closest.between.normalize_or_zero();
+        let gap = |x| gap_along(features, x, normal);
+        let slack = gap(&start).min(gap(&end)) - (1.0 + BAND) * rules.floor;
+        let far = slack > 0.0;
+        let pushed = first && closest.between.length_squared() < self.reach(rules).powi(2);
+        let touch = if far && !pushed {
+            None
+        } else {
+            self.come_to(&pair, &closest, rules, first, far)
+        };
+        Examined {
+            slack,
+            normal,
+            touch,
         }
-        let touch = self.come_to(&pair, &closest, rules, first, slack > 0.0);
-        (slack, touch)
     }
 
     /// What two features come to with given closest points at the step's start, where they don't meet if they keep
@@ -155,11 +175,12 @@ impl Ground {
         } else {
             return None;
         }
+        touch.weigh(&self.vertices);
         Some(touch)
     }
 
     /// Gap from which on features need nothing (m).
-    fn reach(&self, rules: &Rules) -> f64 {
+    pub(super) fn reach(&self, rules: &Rules) -> f64 {
         let thickness = self.layers.as_ref().map_or(0.0, |layers| layers.thickness);
         rules.free().max(thickness)
     }
@@ -181,6 +202,14 @@ impl Ground {
             _ => (rules.radius + rules.free(), SHARE),
         };
         if distance >= full || distance == 0.0 {
+            return None;
+        }
+        // The end of an edge is pushed as a vertex.
+        let at_end = closest.weights.contains(&0.0);
+        if features == Features::EdgeEdge
+            && at_end
+            && vertices.iter().all(|&i| self.faced[i as usize])
+        {
             return None;
         }
         let normal = closest.between / distance;
@@ -247,7 +276,7 @@ impl Ground {
                     continue;
                 }
                 #[expect(clippy::cast_possible_truncation, reason = "particles have 32 bits")]
-                touches.push(Touch {
+                let mut touch = Touch {
                     vertices: [i as u32, *vertex, *vertex, *vertex],
                     weights: [1.0, -1.0, 0.0, 0.0],
                     normal: *normal,
@@ -256,27 +285,22 @@ impl Ground {
                     meets: ends < least,
                     friction: rules.friction,
                     ..Touch::default()
-                });
+                };
+                touch.weigh(&self.vertices);
+                touches.push(touch);
             }
         }
     }
 }
 
-/// Gap of two features along a direction, of any length, over their whole way (m); they are at least as far apart.
+/// Gap of two features along a direction of length 1 (m); they are at least as far apart.
 #[inline]
-fn gap_on_way(pair: &Pair, direction: DVec3) -> f64 {
-    let length = direction.length();
-    if length == 0.0 {
-        return 0.0;
+pub(super) fn gap_along(features: Features, x: &[DVec3; 4], direction: DVec3) -> f64 {
+    let [a, b, c, d] = places(x, direction);
+    match features {
+        Features::VertexFace => a - b.max(c).max(d),
+        Features::EdgeEdge => a.min(b) - c.max(d),
     }
-    let gap = |x: &[DVec3; 4]| {
-        let [a, b, c, d] = places(x, direction);
-        match pair.features {
-            Features::VertexFace => a - b.max(c).max(d),
-            Features::EdgeEdge => a.min(b) - c.max(d),
-        }
-    };
-    gap(&pair.start).min(gap(&pair.end)) / length
 }
 
 /// Places of four vertices along a direction, from the first one's.
@@ -310,7 +334,8 @@ fn boxes_apart(features: Features, x: &[DVec3; 4]) -> f64 {
 }
 
 /// Four entries of a list: an array's `map` wasn't made one with the loop, and took a tenth of the search.
-fn of(list: &[DVec3], [a, b, c, d]: [u32; 4]) -> [DVec3; 4] {
+#[inline]
+pub(super) fn of<T: Copy>(list: &[T], [a, b, c, d]: [u32; 4]) -> [T; 4] {
     [
         list[a as usize],
         list[b as usize],

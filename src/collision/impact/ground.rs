@@ -3,7 +3,6 @@
 use super::element::{Element, elements};
 use super::element_boxes::ElementBoxes;
 use super::examine::CLEAR;
-use super::slack::{LOOSE, Slack};
 use super::solid::{LAYER_FLOOR, Layers, Shape, Solid};
 use super::stage::Fabric;
 use super::touch::Vertices;
@@ -38,9 +37,9 @@ pub(super) struct Ground {
     pub(super) vertices: Vertices,
     /// Elements of all cloths.
     pub(super) cloth: Vec<Element>,
-    /// Their boxes over the step; empty without layers.
+    /// Their boxes when what is near was listed; empty without layers.
     pub(super) cloth_tree: Bvh,
-    /// Boxes of their features over the step; empty without layers.
+    /// Boxes of their features then; empty without layers.
     pub(super) cloth_boxes: ElementBoxes,
     /// Elements of all solids but planes; their numbers in `rules` begin at 1.
     pub(super) solid: Vec<Element>,
@@ -52,13 +51,8 @@ pub(super) struct Ground {
     pub(super) layers: Option<Layers>,
     /// Whether a vertex's way isn't the one that was last searched.
     pub(super) stale: Vec<bool>,
-    /// Ends of the vertices' ways when all layers were searched last (m).
-    pub(super) layer_ends: Vec<DVec3>,
-    /// How much the ways of each element of layers and of another may differ from those together before the two
-    /// can meet (m), at least; 0 for elements that are looked for whenever their ways change.
-    pub(super) slack: Vec<Slack>,
-    /// Elements of layers that are looked for.
-    pub(super) loose: Vec<bool>,
+    /// Whether a vertex belongs to a face of cloth.
+    pub(super) faced: Vec<bool>,
     /// The rigid zone of each vertex that moves with one.
     pub(super) zone: Vec<Option<u32>>,
     /// Particles that are left alone, since they start across something; empty where none does.
@@ -121,15 +115,13 @@ impl Ground {
         }
         let cloth = elements(0, particles as u32, fabric.triangles, fabric.edges, 0);
         let ground = Self {
+            faced: faced(count, &cloth),
             vertices: Vertices {
                 start: vec![DVec3::ZERO; count],
                 end: vec![DVec3::ZERO; count],
                 velocity: vec![DVec3::ZERO; count],
                 inverse_mass: vec![0.0; count],
             },
-            layer_ends: vec![DVec3::NAN; particles],
-            slack: vec![Slack::default(); cloth.len()],
-            loose: vec![true; cloth.len()],
             cloth,
             cloth_tree: Bvh::new(&[]),
             cloth_boxes: ElementBoxes::default(),
@@ -161,29 +153,19 @@ impl Ground {
         });
     }
 
-    /// Brings the boxes of the cloths up to date, where they are layers.
-    pub(super) fn fit_cloth(&mut self) {
+    /// Fits the boxes of the cloths around some positions of the particles, grown by a margin (m).
+    pub(super) fn fit_cloth(&mut self, places: &[DVec3], margin: f64) {
         let Self {
-            vertices,
             cloth,
             cloth_tree,
             cloth_boxes,
-            layers,
             ..
         } = self;
-        if let Some(layers) = layers {
-            let margin = 0.5 * layers.thickness;
-            cloth_boxes.fit(vertices, cloth, layers.rest.len(), margin);
-            fit(cloth_tree, cloth.len(), |item| {
-                swept(vertices, &cloth[item as usize]).grown(margin)
-            });
-        }
-    }
-
-    /// Box of an element of cloth: two overlap when the elements may come closer than their thickness.
-    pub(super) fn layer_box(&self, element: &Element) -> Aabb {
-        let thickness = self.layers.as_ref().map_or(0.0, |layers| layers.thickness);
-        swept(&self.vertices, element).grown(0.5 * thickness)
+        cloth_boxes.fit(places, cloth, margin);
+        fit(cloth_tree, cloth.len(), |item| {
+            let corners = cloth[item as usize].corners;
+            Aabb::around(corners.map(|i| places[i as usize])).grown(margin)
+        });
     }
 
     /// Longest way of an element's vertices (m).
@@ -202,45 +184,25 @@ impl Ground {
             .is_some_and(|&exempt| exempt)
     }
 
-    /// Notes that all layers are searched.
-    pub(super) fn fasten(&mut self) {
-        let thickness = self.layers.as_ref().map_or(0.0, |layers| layers.thickness);
-        let particles = self.layer_ends.len();
-        self.layer_ends
-            .copy_from_slice(&self.vertices.end[..particles]);
-        self.slack
-            .iter()
-            .for_each(|slack| slack.set(LOOSE * thickness));
-    }
-
-    /// Finds the elements of layers whose ways have changed so much that they may meet something. Returns whether
-    /// there are any.
-    ///
-    /// Two that keep within half of their slacks can't meet. One that doesn't is looked for from then on whenever
-    /// its way changes, and so is what it then has too close to it for its own slack.
-    pub(super) fn loosen(&mut self) -> bool {
-        let mut loose = std::mem::take(&mut self.loose);
-        let mut any = false;
-        for ((loose, element), slack) in loose.iter_mut().zip(&self.cloth).zip(&self.slack) {
-            let change =
-                |i: u32| (self.vertices.end[i as usize] - self.layer_ends[i as usize]).length();
-            *loose = self.is_stale(element) && {
-                let [a, b, c] = element.corners.map(change);
-                2.0 * a.max(b).max(c) >= slack.get()
-            };
-            if *loose {
-                slack.set(0.0);
-                any = true;
-            }
-        }
-        self.loose = loose;
-        any
+    /// Whether any way of four vertices has changed since it was searched.
+    #[inline]
+    pub(super) fn is_any_stale(&self, [a, b, c, d]: [u32; 4]) -> bool {
+        let stale = |i: u32| self.stale[i as usize];
+        stale(a) || stale(b) || stale(c) || stale(d)
     }
 
     /// Whether the way of an element has changed since it was searched.
     pub(super) fn is_stale(&self, element: &Element) -> bool {
         element.corners.iter().any(|&i| self.stale[i as usize])
     }
+}
+
+/// Which of so many vertices belong to faces of some elements.
+fn faced(count: usize, elements: &[Element]) -> Vec<bool> {
+    let mut faced = vec![false; count];
+    let faces = elements.iter().filter(|element| element.face);
+    faces.for_each(|face| face.corners.iter().for_each(|&i| faced[i as usize] = true));
+    faced
 }
 
 /// Box of an element's way (m).

@@ -14,13 +14,14 @@ mod element_boxes;
 mod examine;
 mod features;
 mod ground;
+mod near;
 mod resolve;
 mod search;
-mod slack;
 mod slowing;
 mod solid;
 mod stage;
 mod touch;
+mod watch;
 mod zone;
 
 pub use advance::{Meeting, meeting};

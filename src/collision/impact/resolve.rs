@@ -68,7 +68,6 @@ impl Impacts {
         // What was left out has not been searched: nothing that is known holds.
         self.free = false;
         self.searched.fill(DVec3::NAN);
-        self.ground.slack.iter().for_each(|slack| slack.set(0.0));
     }
 
     /// Changes the ends of a step's ways, and the velocities, so that nothing passes through anything.
@@ -104,6 +103,7 @@ impl Impacts {
             separate(
                 &mut self.touches,
                 &mut self.ground.vertices,
+                &mut self.fresh,
                 first,
                 precision,
             );
@@ -157,7 +157,8 @@ impl Impacts {
         for i in particles..vertices.end.len() {
             vertices.velocity[i] = (vertices.end[i] - vertices.start[i]) / step.dt;
         }
-        for (element, clear) in ground.cloth.iter().zip(&mut self.clear) {
+        let solids = !ground.solid.is_empty();
+        for (element, clear) in ground.cloth.iter().zip(&mut self.clear).filter(|_| solids) {
             let jump = |i: u32| (vertices.start[i as usize] - self.searched[i as usize]).length();
             let jumps = element.corners.map(jump);
             *clear -= jumps.into_iter().fold(self.solid_jump, f64::max);
@@ -191,17 +192,14 @@ impl Impacts {
             });
             self.ask(|ground, number, found| ground.against_solids(number, first, found));
         }
-        if self.ground.layers.is_some() && first {
-            self.ground.fasten();
-            self.ground.fit_cloth();
-            let parts = self.ground.cloth_tree.parts();
-            self.work(parts, |ground, part, found| {
-                ground.within_layers(part, found);
-            });
-        } else if self.ground.layers.is_some() && self.ground.loosen() {
-            self.ground.fit_cloth();
-            self.choose(|stage, number, _| stage.ground.loose[number as usize]);
-            self.ask(Ground::against_layers);
+        if let Some(layers) = &self.ground.layers {
+            let thickness = layers.thickness;
+            self.neighbours.renew(&mut self.ground, thickness, first);
+            self.neighbours
+                .search(&self.ground, thickness, first, &mut self.found);
+            for found in &self.found[..self.neighbours.parts()] {
+                self.touches.extend_from_slice(&found.touches);
+            }
         }
         self.ground
             .against_planes(self.particles, first, &mut self.touches);
@@ -298,7 +296,7 @@ impl Impacts {
     /// Takes from the velocities what the touches and zones take.
     fn slow_down(&mut self, dt: f64, resolved: &mut Resolved) {
         let vertices = &mut self.ground.vertices;
-        let mut slowed = slow(&mut self.touches, vertices);
+        let mut slowed = slow(&mut self.touches, vertices, &mut self.fresh);
         self.zones.slow(vertices, dt, &mut slowed);
         resolved.approach = slowed.approach;
         resolved.friction = slowed.friction;
@@ -309,7 +307,9 @@ impl Impacts {
 
     /// Remembers where everything is, and what is known of clearances.
     fn end(&mut self, resolved: &Resolved) {
-        for (element, clear) in self.ground.cloth.iter().zip(&mut self.clear) {
+        let solids = !self.ground.solid.is_empty();
+        let elements = self.ground.cloth.iter().zip(&mut self.clear);
+        for (element, clear) in elements.filter(|_| solids) {
             *clear -= self.ground.way(element) + self.solid_way;
         }
         let vertices = &mut self.ground.vertices;

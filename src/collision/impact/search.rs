@@ -46,49 +46,8 @@ impl Ground {
         found.clear.push((number, clear - widest));
     }
 
-    /// Looks for meetings between the elements of cloth in a part of their hierarchy and in later parts.
-    pub(super) fn within_layers(&self, part: usize, found: &mut Found) {
-        self.cloth_tree.self_pairs(part, |one, other| {
-            self.between_layers(one, other, true, found);
-        });
-    }
-
-    /// Looks for meetings of an element of cloth, whose way has changed, with others: with those that have
-    /// changed, too, once.
-    pub(super) fn against_layers(&self, number: u32, found: &mut Found) {
-        let one = &self.cloth[number as usize];
-        self.cloth_tree.overlapping(&self.layer_box(one), |item| {
-            if item > number || (item < number && !self.loose[item as usize]) {
-                self.between_layers(number, item, false, found);
-            }
-        });
-    }
-
-    /// Looks for meetings of two elements of cloth; features that share a vertex can't.
-    fn between_layers(&self, one: u32, other: u32, first: bool, found: &mut Found) {
-        let both = [one as usize, other as usize].map(|number| (number, &self.cloth[number]));
-        let mut least = f64::MAX;
-        self.cloth_boxes.pairs(both, |features, vertices| {
-            if first || vertices.iter().any(|&i| self.stale[i as usize]) {
-                let (slack, touch) = self.examine_layers(features, vertices, first);
-                least = least.min(slack);
-                found.touches.extend(touch);
-            }
-        });
-        if least == f64::MAX {
-            return;
-        }
-        for (number, _) in both {
-            if first {
-                self.slack[number].lower(least);
-            } else {
-                self.slack[number].lose(least);
-            }
-        }
-    }
-
     /// Gap of two elements over the whole step along the normal of one of them (m); they are at least as far apart.
-    fn apart(&self, one: &Element, other: &Element) -> f64 {
+    pub(super) fn apart(&self, one: &Element, other: &Element) -> f64 {
         let Vertices { start, end, .. } = &self.vertices;
         let corners = |of: &[DVec3], element: &Element| {
             let [a, b, c] = element.corners;

@@ -1,9 +1,10 @@
 //! The impact stage: from a free start and a wished end to a way on which nothing meets.
 
 use super::ground::Ground;
+use super::near::Neighbours;
 use super::search::Found;
 use super::solid::{Layers, Solid};
-use super::touch::Touch;
+use super::touch::{Fresh, Touch};
 use super::zone::Zones;
 use glam::DVec3;
 
@@ -15,12 +16,16 @@ pub struct Impacts {
     /// First vertex of each solid.
     pub(super) firsts: Vec<usize>,
     pub(super) ground: Ground,
+    /// What is near each other of layers.
+    pub(super) neighbours: Neighbours,
     /// Elements of cloth to look for, in order.
     pub(super) asked: Vec<u32>,
     /// What each task found.
     pub(super) found: Vec<Found>,
     /// All touches of the step.
     pub(super) touches: Vec<Touch>,
+    /// Which of them have something to do.
+    pub(super) fresh: Fresh,
     pub(super) zones: Zones,
     /// How far each element of cloth is from the floor around all solids at the last step's end (m), at least.
     pub(super) clear: Vec<f64>,
@@ -95,9 +100,11 @@ impl Impacts {
         Self {
             particles,
             firsts,
+            neighbours: Neighbours::new(particles),
             asked: Vec::with_capacity(elements),
             found: vec![Found::default(); elements.div_ceil(TASK).max(MOST_PARTS)],
             touches: Vec::new(),
+            fresh: Fresh::default(),
             zones: Zones::new(count),
             clear: vec![f64::NEG_INFINITY; elements],
             searched: vec![DVec3::NAN; count],

@@ -8,6 +8,7 @@
 //! Boxes must not hold NaN: such an item would never be found.
 
 mod build;
+mod drift;
 mod node;
 mod pairs;
 mod refit;
@@ -15,6 +16,7 @@ mod refit;
 #[cfg(test)]
 mod tests;
 
+pub use drift::Drift;
 pub use node::{Bounds, FourBoxes, Lanes};
 
 use super::Aabb;

@@ -105,9 +105,9 @@ impl Child {
 #[derive(Clone, Copy, Debug)]
 pub struct FourBoxes {
     /// Smallest x, y, z of each (m).
-    min: [Vec4; 3],
+    pub(super) min: [Vec4; 3],
     /// Largest x, y, z of each (m).
-    max: [Vec4; 3],
+    pub(super) max: [Vec4; 3],
 }
 
 impl FourBoxes {
@@ -186,7 +186,7 @@ impl Node {
 
 /// Numbers of boxes, the lowest first.
 #[derive(Clone, Debug)]
-pub struct Lanes(u32);
+pub struct Lanes(pub(super) u32);
 
 impl Iterator for Lanes {
     type Item = usize;

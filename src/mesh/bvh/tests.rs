@@ -1,7 +1,7 @@
 //! Against all boxes one by one.
 
 use super::build::HALVED_FROM;
-use super::{Bvh, DEEPEST};
+use super::{Bvh, DEEPEST, Drift};
 use crate::mesh::Aabb;
 use glam::{DVec3, dvec3};
 
@@ -184,6 +184,67 @@ fn answers_are_those_of_brute_force_also_after_motion() {
             check_overlapping(name, &tree, &boxes, &all);
             check_pairs(name, &tree, &boxes, &other, &others);
         }
+    }
+}
+
+/// Pairs that move against each other and overlap on their way by at least `most`, of boxes and their moves at the
+/// way's beginning and end. With a tolerance below zero fewer are.
+fn drifting(boxes: &[Aabb], moves: &[[DVec3; 2]], most: f64, tolerance: f64) -> Vec<(u32, u32)> {
+    let at = |i: usize, time: f64| {
+        let shift = moves[i][0].lerp(moves[i][1], time);
+        boxes[i].min + shift..boxes[i].max + shift
+    };
+    let mut all = Vec::new();
+    for (a, b) in (0..boxes.len()).flat_map(|a| (a + 1..boxes.len()).map(move |b| (a, b))) {
+        let apart = |time: usize| (moves[a][time] - moves[b][time]).length();
+        let overlap = |time: f64| {
+            let (one, other) = (at(a, time), at(b, time));
+            let both = one.end.min(other.end) - one.start.max(other.start);
+            both.min_element() >= most - tolerance
+        };
+        let meets = (0..=50_u32).any(|k| overlap(f64::from(k) / 50.0));
+        if apart(0).max(apart(1)) > most - tolerance && meets {
+            all.push((u32::try_from(a).unwrap(), u32::try_from(b).unwrap()));
+        }
+    }
+    all
+}
+
+#[test]
+fn what_drifts_is_found_and_what_moves_together_is_not() {
+    let mut random = Random(11);
+    let (count, most) = (400, 0.02);
+    let boxes: Vec<Aabb> = random.boxes(count, 0.1);
+    let boxes: Vec<Aabb> = boxes.iter().map(|one| one.grown(0.03)).collect();
+    let places = Bvh::new(&boxes);
+    for speed in [0.0, 0.01, 0.05, 0.5] {
+        // A common motion over three times the boxes' extent, and some of each item's own.
+        let moves: Vec<[DVec3; 2]> = (0..count)
+            .map(|_| [0.0, 3.0].map(|far| DVec3::splat(far) + speed * (random.point() - 0.5)))
+            .collect();
+        let trees = [0, 1].map(|time| {
+            let mut tree = places.clone();
+            let moves: Vec<Aabb> = moves.iter().map(|m| Aabb::around([m[time]])).collect();
+            tree.refit(&moves);
+            tree
+        });
+        let drift = Drift {
+            places: &places,
+            moves: [&trees[0], &trees[1]],
+            most: 0.02,
+        };
+        let mut found = Vec::new();
+        for part in 0..places.parts() {
+            drift.pairs(part, |a, b| found.push((a, b)));
+        }
+        let expected = drifting(&boxes, &moves, most, -1e-5);
+        println!("speed {speed}: {} of {} pairs", found.len(), expected.len());
+        assert!((speed > 0.02) != expected.is_empty());
+        let at = |i: u32, time: usize| moves[i as usize][time];
+        check_found("drift", found, expected.into_iter(), |(a, b)| {
+            let apart = |time: usize| (at(a, time) - at(b, time)).length();
+            a < b && apart(0).max(apart(1)) > most - 1e-5
+        });
     }
 }
 

@@ -1,0 +1,333 @@
+//! Which features of layers are near each other: a list that is good for many steps.
+//!
+//! It holds every pair of features that were closer than [`NEAR`] when it was made (Verlet 1967, "neighbour list",
+//! with exact distances). What isn't in it can meet only after its elements have moved far enough against each
+//! other; these are looked for by a hierarchy of moves ([`Drift`]), in which what moves together is passed over,
+//! however fast it is. Each pair keeps the direction that parted it last: as a rule it still does.
+
+use super::Features;
+use super::examine::{BAND, gap_along, of};
+use super::ground::Ground;
+use super::search::Found;
+use super::solid::LAYER_FLOOR;
+use super::touch::Vertices;
+use super::watch::Watch;
+use crate::mesh::{Aabb, Bvh, Drift};
+use glam::{DVec3, Vec3, Vec4};
+use rayon::prelude::*;
+
+/// Distance below which features are listed, in thicknesses.
+const NEAR: f64 = 1.5;
+
+/// Change of the ends of ways within a step, in thicknesses, up to which what has drifted isn't looked for again.
+const ROOM: f64 = 0.125;
+
+/// Slack below which pairs are looked at in all rounds of a step, in thicknesses; others are passed over in blocks.
+pub(super) const TIGHT: f64 = 0.25;
+
+/// Steps after which the list is made anew. What has come near since then is held by impacts only, not pushed to the
+/// thickness.
+const OLDEST: u32 = 16;
+
+/// Listed pairs that are passed over together in later rounds.
+pub(super) const BLOCK: usize = 32;
+
+/// Edge–edge pairs have this bit in their first vertex.
+const EDGES: u32 = 1 << 31;
+
+/// Two features that are near each other.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Near {
+    /// Their vertices, and [`EDGES`].
+    vertices: [u32; 4],
+    /// A direction from the second to the first.
+    pub(super) normal: Vec3,
+    /// How much the ends of their ways may differ from the step's first, together, before they can meet (m).
+    pub(super) slack: f32,
+}
+
+impl Near {
+    fn new(features: Features, mut vertices: [u32; 4], between: DVec3) -> Self {
+        if features == Features::EdgeEdge {
+            vertices[0] |= EDGES;
+        }
+        Self {
+            vertices,
+            normal: between.normalize_or_zero().as_vec3(),
+            slack: 0.0,
+        }
+    }
+
+    pub(super) fn features(&self) -> (Features, [u32; 4]) {
+        let [first, b, c, d] = self.vertices;
+        if first & EDGES == 0 {
+            (Features::VertexFace, self.vertices)
+        } else {
+            (Features::EdgeEdge, [first & !EDGES, b, c, d])
+        }
+    }
+}
+
+/// What one task keeps of a part of the cloths' hierarchy, and of later parts.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Part {
+    pub(super) near: Vec<Near>,
+    /// Which of them have less slack than [`TIGHT`].
+    pub(super) tight: Vec<u32>,
+    /// The groups of vertices, see [`group`], that each [`BLOCK`] of the list has to do with.
+    pub(super) groups: Vec<u128>,
+    /// Elements between which pairs that aren't listed may meet.
+    pub(super) drifted: Vec<[u32; 2]>,
+}
+
+/// The list of what is near, and what is needed to know how long it is good.
+#[derive(Clone, Debug)]
+pub(super) struct Neighbours {
+    parts: Vec<Part>,
+    /// Positions for which the list was made (m).
+    places: Vec<DVec3>,
+    /// How far each element has moved since, at the start and at the end of its way.
+    moves: [Bvh; 2],
+    /// Steps since.
+    age: u32,
+    /// Pairs of elements that had drifted in the list's first step: its way alone.
+    usual: usize,
+    /// Those looked at since beyond that.
+    extra: usize,
+    /// Ends of the ways when the step was searched first (m).
+    first_ends: Vec<DVec3>,
+    /// How far each end is from there (m).
+    changes: Vec<f32>,
+    /// Ends of the ways when what has drifted was looked for (m).
+    looked_ends: Vec<DVec3>,
+    /// Starts and ends of the ways in single precision, from [`origin`](Self::origin) on (m).
+    ways: Vec<[Vec4; 2]>,
+    origin: DVec3,
+    /// Rounding of a gap between them (m).
+    rounding: f32,
+}
+
+impl Neighbours {
+    pub(super) fn new(particles: usize) -> Self {
+        Self {
+            parts: Vec::new(),
+            places: vec![DVec3::NAN; particles],
+            moves: [Bvh::new(&[]), Bvh::new(&[])],
+            age: OLDEST,
+            usual: 0,
+            extra: 0,
+            first_ends: vec![DVec3::NAN; particles],
+            changes: vec![0.0; particles],
+            looked_ends: vec![DVec3::NAN; particles],
+            ways: vec![[Vec4::ZERO; 2]; particles],
+            origin: DVec3::ZERO,
+            rounding: 0.0,
+        }
+    }
+
+    /// Brings the list up to date for a search, the first one of a step or a later one.
+    pub(super) fn renew(&mut self, ground: &mut Ground, thickness: f64, first: bool) {
+        if first {
+            self.age += 1;
+            if self.age > OLDEST {
+                self.list(ground, thickness);
+            }
+            self.first_ends
+                .copy_from_slice(&ground.vertices.end[..self.changes.len()]);
+            self.changes.fill(0.0);
+            self.fit(ground, 0);
+            self.fit(ground, 1);
+            self.look_for_drifted(ground, thickness);
+            self.weigh_drift();
+        } else {
+            let ways = ground.vertices.end.iter().zip(&self.first_ends);
+            for (change, (end, first)) in self.changes.iter_mut().zip(ways) {
+                *change = round_up((*end - *first).length());
+            }
+            let square = (ROOM * thickness).powi(2);
+            let mut ways = ground.vertices.end.iter().zip(&self.looked_ends);
+            if ways.any(|(end, looked)| end.distance_squared(*looked) > square) {
+                self.fit(ground, 1);
+                self.look_for_drifted(ground, thickness);
+            }
+        }
+    }
+
+    /// Makes the list for where the step begins.
+    fn list(&mut self, ground: &mut Ground, thickness: f64) {
+        self.age = 0;
+        let particles = self.places.len();
+        self.places
+            .copy_from_slice(&ground.vertices.start[..particles]);
+        self.origin = self.places.first().copied().unwrap_or_default();
+        ground.fit_cloth(&self.places, 0.5 * NEAR * thickness);
+        if self.moves[0].len() != ground.cloth.len() {
+            self.moves = [0, 1].map(|_| ground.cloth_tree.clone());
+        }
+        self.parts
+            .resize(ground.cloth_tree.parts(), Part::default());
+        let (ground, places) = (&*ground, &self.places);
+        self.parts
+            .par_iter_mut()
+            .enumerate()
+            .for_each(|(number, part)| {
+                part.near.clear();
+                ground.cloth_tree.self_pairs(number, |one, other| {
+                    let both = [one as usize, other as usize].map(|k| (k, &ground.cloth[k]));
+                    ground.cloth_boxes.pairs(both, |features, vertices| {
+                        if let Some(between) = between(features, &of(places, vertices), thickness) {
+                            part.near.push(Near::new(features, vertices, between));
+                        }
+                    });
+                });
+                part.groups.clear();
+                part.groups.extend(part.near.chunks(BLOCK).map(|block| {
+                    let all = block.iter().flat_map(|near| near.features().1);
+                    all.fold(0, |groups, i| groups | group(i as usize, particles))
+                }));
+            });
+    }
+
+    /// Fits a hierarchy of moves.
+    fn fit(&mut self, ground: &Ground, time: usize) {
+        let Vertices { start, end, .. } = &ground.vertices;
+        let (now, places) = ([start, end][time], &self.places);
+        self.moves[time].refit_with(|item| {
+            let corners = ground.cloth[item as usize].corners.map(|i| i as usize);
+            Aabb::around(corners.map(|i| now[i] - places[i]))
+        });
+    }
+
+    /// Looks for elements that have moved so far against each other that what isn't listed may meet.
+    fn look_for_drifted(&mut self, ground: &Ground, thickness: f64) {
+        let particles = self.looked_ends.len();
+        self.looked_ends
+            .copy_from_slice(&ground.vertices.end[..particles]);
+        let needed = (1.0 + BAND) * LAYER_FLOOR;
+        let drift = Drift {
+            places: &ground.cloth_tree,
+            moves: [&self.moves[0], &self.moves[1]],
+            most: round_down((NEAR - needed - 2.0 * ROOM) * thickness),
+        };
+        self.parts
+            .par_iter_mut()
+            .enumerate()
+            .for_each(|(number, part)| {
+                part.drifted.clear();
+                drift.pairs(number, |one, other| part.drifted.push([one, other]));
+            });
+    }
+
+    /// Counts what has drifted more than when the list was made: to look at a pair of elements takes about as long as
+    /// to list a pair of features. When as many have been looked at, a new list is cheaper.
+    fn weigh_drift(&mut self) {
+        let count = |length: fn(&Part) -> usize| self.parts.iter().map(length).sum::<usize>();
+        let drifted = count(|part| part.drifted.len());
+        if self.age == 0 {
+            (self.usual, self.extra) = (drifted, 0);
+        }
+        self.extra += drifted.saturating_sub(self.usual);
+        if self.extra > count(|part| part.near.len()) {
+            self.age = OLDEST;
+        }
+    }
+
+    /// Takes over starts and ends in single precision.
+    fn round(&mut self, vertices: &Vertices) {
+        let origin = self.origin;
+        let all = vertices.start.iter().zip(&vertices.end);
+        let mut largest = 0.0_f32;
+        for (way, (start, end)) in self.ways.iter_mut().zip(all) {
+            *way = [start, end].map(|x| (*x - origin).as_vec3().extend(0.0));
+            largest = largest.max((way[0].abs().max(way[1].abs())).max_element());
+        }
+        // Of three products and their sums, twice, and of the normal's length: 20 roundings of half of that.
+        self.rounding = 16.0 * f32::EPSILON * largest;
+    }
+
+    /// Number of tasks.
+    pub(super) fn parts(&self) -> usize {
+        self.parts.len()
+    }
+
+    /// Looks for meetings among what is near or has drifted.
+    pub(super) fn search(
+        &mut self,
+        ground: &Ground,
+        thickness: f64,
+        first: bool,
+        found: &mut [Found],
+    ) {
+        self.round(&ground.vertices);
+        let Self {
+            parts,
+            places,
+            changes,
+            ways,
+            rounding,
+            ..
+        } = self;
+        let band = (1.0 + BAND) * LAYER_FLOOR * thickness;
+        let mut watch = Watch {
+            ground,
+            places,
+            changes,
+            ways,
+            band: round_up(band) + *rounding,
+            reach: round_up(thickness) + *rounding,
+            thickness,
+            tight: round_down(TIGHT * thickness),
+            stale: 0,
+            strayed: 0,
+            first,
+        };
+        if !first {
+            watch.group_changed();
+        }
+        let tasks = parts.par_iter_mut().zip(found);
+        tasks.for_each(|(part, found)| {
+            found.touches.clear();
+            if first {
+                watch.look_at_all(part, found);
+            } else {
+                watch.look_again(part, found);
+            }
+            watch.look_at_drifted(&part.drifted, found);
+        });
+    }
+}
+
+/// The bit of the group that a vertex of so many is in: 128 ranges of numbers.
+pub(super) fn group(vertex: usize, count: usize) -> u128 {
+    1 << (vertex * 128 / count)
+}
+
+/// A length (m) in single precision, a little less.
+#[expect(clippy::cast_possible_truncation, reason = "rounded down")]
+pub(super) fn round_down(length: f64) -> f32 {
+    (length - 1e-6 * length.abs()) as f32
+}
+
+/// A length (m) in single precision, a little more.
+#[expect(clippy::cast_possible_truncation, reason = "rounded up")]
+pub(super) fn round_up(length: f64) -> f32 {
+    (length * (1.0 + 1e-6)) as f32
+}
+
+/// From the closest point of a feature to that of another, if they are near each other (m).
+#[inline]
+pub(super) fn between(features: Features, x: &[DVec3; 4], thickness: f64) -> Option<DVec3> {
+    let [a, b, c, d] = *x;
+    let reach_squared = (NEAR * thickness).powi(2);
+    // Most are clearly apart along the line between their middles.
+    let direction = match features {
+        Features::VertexFace => a * 3.0 - b - c - d,
+        Features::EdgeEdge => a + b - c - d,
+    };
+    let gap = gap_along(features, x, direction);
+    if gap > 0.0 && gap * gap > reach_squared * direction.length_squared() {
+        return None;
+    }
+    let between = features.closest(*x).between;
+    (between.length_squared() < reach_squared).then_some(between)
+}

@@ -1,0 +1,127 @@
+//! Pairs of items that have moved against each other since their boxes were taken.
+//!
+//! What moves with its surroundings, however fast, stays as near to them as it was. So a list of what is near is
+//! good for many steps: only what two hierarchies of moves don't show to go along has to be looked for anew.
+
+use super::node::{Bounds, Child, FourBoxes, Lanes};
+use super::{Bvh, WIDE};
+use glam::{BVec4A, Vec4};
+
+/// A hierarchy of boxes as they were, and two of the same shape with boxes around how far what is in each has moved
+/// since: at the beginning and at the end of a way in straight lines.
+#[derive(Clone, Copy, Debug)]
+pub struct Drift<'a> {
+    /// Where everything was.
+    pub places: &'a Bvh,
+    /// How far each item has moved at the beginning of its way, and at its end (m).
+    pub moves: [&'a Bvh; 2],
+    /// What may differ between the moves of two items that keep together (m). The boxes of two items that are as
+    /// close as is looked for overlap by as much.
+    pub most: f32,
+}
+
+/// An item, or a node and all below it.
+struct Subtree {
+    child: Child,
+    place: Bounds,
+    moves: [Bounds; 2],
+}
+
+impl Drift<'_> {
+    /// Calls `found` once with every two items that don't keep together and whose boxes overlap on their way, the
+    /// lower number first, of which one is in a part of the hierarchy and the other in this or a later one.
+    pub fn pairs(&self, part: usize, mut found: impl FnMut(u32, u32)) {
+        let mut ordered = |a: u32, b: u32| found(a.min(b), a.max(b));
+        let parts = &self.places.parts;
+        let mine = self.child(parts[part].node, parts[part].lane);
+        self.within(&mine, &mut ordered);
+        for later in &parts[part + 1..] {
+            if self.near(&mine, later.node).any(|lane| lane == later.lane) {
+                self.cross(&mine, &self.child(later.node, later.lane), &mut ordered);
+            }
+        }
+    }
+
+    fn child(&self, node: usize, lane: usize) -> Subtree {
+        let boxes = |tree: &Bvh| tree.nodes[node].boxes.get(lane);
+        Subtree {
+            child: self.places.nodes[node].children[lane],
+            place: boxes(self.places),
+            moves: self.moves.map(boxes),
+        }
+    }
+
+    /// The pairs within a subtree.
+    fn within(&self, all: &Subtree, found: &mut impl FnMut(u32, u32)) {
+        let Err(node) = all.child.known() else {
+            return;
+        };
+        let together = |moves: &Bounds| {
+            let extent = |axis: usize| moves.max[axis] - moves.min[axis];
+            let [x, y, z] = [0, 1, 2].map(extent);
+            x * x + y * y + z * z <= self.most * self.most
+        };
+        if all.moves.iter().all(together) {
+            return;
+        }
+        for lane in (0..WIDE).filter(|&lane| self.places.nodes[node].children[lane] != Child::NONE)
+        {
+            let one = self.child(node, lane);
+            self.within(&one, found);
+            for other in self.near(&one, node).filter(|&other| other > lane) {
+                self.cross(&one, &self.child(node, other), found);
+            }
+        }
+    }
+
+    /// The pairs between two subtrees that are near each other.
+    fn cross(&self, one: &Subtree, other: &Subtree, found: &mut impl FnMut(u32, u32)) {
+        match (one.child.known(), other.child.known()) {
+            (Ok(a), Ok(b)) => found(a, b),
+            (Err(node), _) => {
+                for lane in self.near(other, node) {
+                    self.cross(other, &self.child(node, lane), found);
+                }
+            }
+            (Ok(_), Err(node)) => {
+                for lane in self.near(one, node) {
+                    self.cross(one, &self.child(node, lane), found);
+                }
+            }
+        }
+    }
+
+    /// The children of a node that don't keep together with a subtree, and whose boxes overlap its own on their way:
+    /// that aren't beyond it on the same side at both ends.
+    fn near(&self, one: &Subtree, node: usize) -> Lanes {
+        let places = &self.places.nodes[node].boxes;
+        let (mut apart, mut moved) = (BVec4A::FALSE, BVec4A::FALSE);
+        let moves = self.moves.map(|tree| &tree.nodes[node].boxes);
+        for axis in 0..3 {
+            let (mut below, mut above) = (BVec4A::TRUE, BVec4A::TRUE);
+            for (mine, yours) in one.moves.iter().zip(moves) {
+                let low = one.place.min[axis] + mine.min[axis] + self.most;
+                let high = one.place.max[axis] + mine.max[axis] - self.most;
+                below &= (places.max[axis] + yours.max[axis]).cmplt(Vec4::splat(low));
+                above &= (places.min[axis] + yours.min[axis]).cmpgt(Vec4::splat(high));
+            }
+            apart |= below | above;
+        }
+        for (mine, yours) in one.moves.iter().zip(moves) {
+            moved |= difference_squared(mine, yours).cmpgt(Vec4::splat(self.most * self.most));
+        }
+        Lanes((moved & !apart).bitmask())
+    }
+}
+
+/// Largest squared difference between the moves in a box and in each of four (m²).
+fn difference_squared(mine: &Bounds, yours: &FourBoxes) -> Vec4 {
+    let mut squared = Vec4::ZERO;
+    for axis in 0..3 {
+        let over = Vec4::splat(mine.max[axis]) - yours.min[axis];
+        let under = yours.max[axis] - Vec4::splat(mine.min[axis]);
+        let most = over.max(under);
+        squared += most * most;
+    }
+    squared
+}
