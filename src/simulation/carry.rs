@@ -2,7 +2,7 @@
 //!
 //! A simulation is made anew from its scene, at its first state: that gives all that follows from the scene and
 //! the start. What a checkpoint adds is the state then, and what the stages carry over from step to step.
-//! Caches that only save work, as those of the impact stage, start empty: the same is found without them.
+//! Caches that only save work start empty: the same is found without them.
 
 use super::Simulation;
 use crate::collision::{Bodies, Tangle, Tangles};
@@ -77,6 +77,7 @@ impl Simulation {
             contacts,
             bodies,
             detection,
+            impacts,
             tangles,
             tangled,
             ledger,
@@ -92,6 +93,9 @@ impl Simulation {
         contacts.carry(archive);
         bodies.carry(archive);
         detection.carry(archive);
+        if let Some(impacts) = impacts {
+            impacts.carry(archive);
+        }
         ledger.carry(archive);
         budget.carry(archive);
         archive.index(&mut tangled.now);

@@ -13,6 +13,7 @@ use super::solid::LAYER_FLOOR;
 use super::touch::Vertices;
 use super::watch::Watch;
 use crate::mesh::{Aabb, Bvh, Drift};
+use crate::state::Archive;
 use glam::{DVec3, Vec3, Vec4};
 use rayon::prelude::*;
 
@@ -153,12 +154,29 @@ impl Neighbours {
         }
     }
 
+    /// Carries over where the list was made and how old it is.
+    pub(super) fn carry(&mut self, ground: &mut Ground, thickness: f64, archive: &mut Archive) {
+        archive.vectors(&mut self.places);
+        archive.small(&mut self.age);
+        archive.index(&mut self.usual);
+        archive.index(&mut self.extra);
+        if archive.unpacks() && self.age < OLDEST {
+            self.list_places(ground, thickness);
+        }
+    }
+
     /// Makes the list for where the step begins.
     fn list(&mut self, ground: &mut Ground, thickness: f64) {
         self.age = 0;
         let particles = self.places.len();
         self.places
             .copy_from_slice(&ground.vertices.start[..particles]);
+        self.list_places(ground, thickness);
+    }
+
+    /// Makes the list for some places.
+    fn list_places(&mut self, ground: &mut Ground, thickness: f64) {
+        let particles = self.places.len();
         self.origin = self.places.first().copied().unwrap_or_default();
         ground.fit_cloth(&self.places, 0.5 * NEAR * thickness);
         if self.moves[0].len() != ground.cloth.len() {

@@ -7,6 +7,7 @@ use super::search::Found;
 use super::slowing::slow;
 use super::stage::{Impacts, Resolved, Step, TASK};
 use super::touch::separate;
+use crate::state::Archive;
 use crate::strain_limit::Hold;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -35,7 +36,15 @@ impl Impacts {
         vertices.end[..self.particles].copy_from_slice(positions);
         self.ground.fit_solids();
         if self.ground.layers.is_some() {
-            self.ground.fit_cloth();
+            self.ground.fit_cloth(positions, 0.0);
+        }
+    }
+
+    /// Carries over when and where the list of what is near was made: the rest is found again.
+    pub fn carry(&mut self, archive: &mut Archive) {
+        if let Some(layers) = &self.ground.layers {
+            let thickness = layers.thickness;
+            self.neighbours.carry(&mut self.ground, thickness, archive);
         }
     }
 

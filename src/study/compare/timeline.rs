@@ -109,14 +109,19 @@ fn between(
     let s = (time - start.0) / span;
     let one = |i: usize| {
         let slope = (end.1[i] - start.1[i]) / span;
-        let bent = |other: Option<&Still>, near: &Still| {
-            other.map_or(slope, |other| {
-                let way = near.0 - other.0;
-                let beyond = (near.1[i] - other.1[i]) / way;
-                (slope * way.abs() + beyond * span) / (way.abs() + span)
-            })
+        let bent = |other: &Still, near: &Still| {
+            let way = near.0 - other.0;
+            let beyond = (near.1[i] - other.1[i]) / way;
+            (slope * way.abs() + beyond * span) / (way.abs() + span)
         };
-        let velocities = [bent(earlier, start), bent(later, end)];
+        let known = [earlier.map(|k| bent(k, start)), later.map(|k| bent(k, end))];
+        // With one neighbour both are on one parabola.
+        let velocities = match known {
+            [Some(first), Some(last)] => [first, last],
+            [Some(first), None] => [first, slope * 2.0 - first],
+            [None, Some(last)] => [slope * 2.0 - last, last],
+            [None, None] => [slope; 2],
+        };
         let ends = [(start.1[i], velocities[0]), (end.1[i], velocities[1])];
         crate::study::track::hermite(ends, span, s)
     };
@@ -127,7 +132,7 @@ fn between(
 mod tests {
     use super::*;
 
-    /// Parabolas are met exactly between four frames at any distances, and straight lines at the ends.
+    /// Parabolas are met exactly between three and four frames at any distances, straight lines between two.
     #[test]
     fn parabolas_are_met() {
         let at = |t: f64| DVec3::new(1.0 - t, 0.5 * t * t, 3.0 * t * t - 2.0 * t);
@@ -136,6 +141,10 @@ mod tests {
         for time in [0.1, 0.13, 0.2, 0.2499] {
             let ends = [&frames[1], &frames[2]];
             let found = between(Some(&frames[0]), ends, Some(&frames[3]), time)[0];
+            assert!(found.distance(at(time)) < 1e-14, "at {time}: {found}");
+        }
+        for time in [0.0, 0.03, 0.09] {
+            let found = between(None, [&frames[0], &frames[1]], Some(&frames[2]), time)[0];
             assert!(found.distance(at(time)) < 1e-14, "at {time}: {found}");
         }
         let straight = [(0.0, vec![DVec3::ZERO]), (0.5, vec![DVec3::X])];
