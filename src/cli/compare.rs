@@ -36,6 +36,7 @@ fn say(args: &CompareArgs, comparison: &Comparison) {
         each,
         particles,
         size,
+        unseen,
         one_mesh,
     } = comparison;
     let mm = |x: f64| digits(1000.0 * x);
@@ -59,6 +60,13 @@ fn say(args: &CompareArgs, comparison: &Comparison) {
         100.0 * whole.rms / size,
         100.0 * whole.largest / size
     );
+    if unseen.largest > 0.0 {
+        println!(
+            "the second run was taken between its frames: RMS and largest may be off by {} and {} mm; record both with --fps whose frames their steps meet",
+            mm(unseen.rms),
+            mm(unseen.largest)
+        );
+    }
     if !one_mesh {
         println!(
             "at the {particles} particles of the coarser mesh, found on the finer one by where they are at rest"

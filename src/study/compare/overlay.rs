@@ -57,7 +57,8 @@ impl Overlaid {
             let frame = self.frame(index, &first, second);
             index += 1;
             visit(&frame)
-        })
+        })?;
+        Ok(())
     }
 
     fn frame(&self, index: u64, first: &RecordedFrame, second: &[DVec3]) -> Frame {

@@ -2,6 +2,7 @@
 
 use super::flat;
 use crate::replay::{Layout, ReadError, for_each_frame};
+use crate::study::Distance;
 use glam::DVec3;
 use std::collections::VecDeque;
 use std::io;
@@ -26,6 +27,9 @@ pub(super) struct Timeline {
     reader: Option<JoinHandle<Result<(), ReadError>>>,
     /// The frames around the time that was asked for last: up to two before it and two after.
     around: VecDeque<Still>,
+    /// How far frames were at most from where their neighbours would have them, around the times that were asked for:
+    /// more than what is between frames is off by.
+    unseen: Distance,
 }
 
 impl Timeline {
@@ -46,6 +50,7 @@ impl Timeline {
             frames: Some(frames),
             reader: Some(reader.spawn(read)?),
             around: VecDeque::new(),
+            unseen: Distance::default(),
         })
     }
 
@@ -69,7 +74,21 @@ impl Timeline {
         let (start, end) = (&self.around[from], self.around.get(to)?);
         let outer = [from.checked_sub(1), Some(to + 1)];
         let [earlier, later] = outer.map(|k| k.and_then(|k| self.around.get(k)));
-        Some(between(earlier, [start, end], later, time))
+        let found = between(earlier, [start, end], later, time);
+        if let (Some(earlier), Some(later)) = (earlier, later) {
+            let missed = between(None, [earlier, end], Some(later), start.0);
+            let missed = Distance::between(&missed, &start.1);
+            self.unseen = Distance {
+                rms: self.unseen.rms.max(missed.rms),
+                largest: self.unseen.largest.max(missed.largest),
+            };
+        }
+        Some(found)
+    }
+
+    /// See [`Comparison::unseen`](super::Comparison::unseen).
+    pub(super) fn unseen(&self) -> Distance {
+        self.unseen
     }
 
     /// Whether no later time has anything.
