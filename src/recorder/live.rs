@@ -24,6 +24,9 @@ const LONGEST_PAUSE: Duration = Duration::from_secs(4);
 /// Time for a connected viewer to take the rest when a run ends.
 const DRAIN: Duration = Duration::from_secs(2);
 
+/// A viewer that has taken nothing for so long then stands still: nobody waits for it.
+const PATIENCE: Duration = Duration::from_millis(500);
+
 /// The recording's end of the line to a viewer.
 #[derive(Debug)]
 pub(super) struct LiveSink {
@@ -98,12 +101,14 @@ impl LiveViewer {
     /// Gives a connected viewer up to two seconds to take the rest; what it doesn't is dropped.
     pub(super) fn finish(&self) {
         let deadline = self.expected_by.max(Instant::now()) + DRAIN;
-        self.queue.drain(self.expected_by, deadline);
+        let drained = self.queue.drain(self.expected_by, PATIENCE, deadline);
         if self.outlives_run {
             self.queue.give_up();
         } else {
             self.queue.close();
-            self.queue.wait_for_end(deadline);
+            if drained {
+                self.queue.wait_for_end(deadline);
+            }
         }
     }
 }

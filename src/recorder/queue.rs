@@ -183,21 +183,27 @@ impl Queue {
         drop(waited);
     }
 
-    /// Waits until the viewer has everything, or nobody is there after `until_up`, or `deadline`.
-    pub(super) fn drain(&self, until_up: Instant, deadline: Instant) {
+    /// Waits until the viewer has everything, or nobody is there after `until_up`, or it takes nothing for `patience`,
+    /// or `deadline`. Returns whether whoever is there has everything.
+    pub(super) fn drain(&self, until_up: Instant, patience: Duration, deadline: Instant) -> bool {
         let mut state = self.lock();
+        let mut taken = Instant::now();
         loop {
             let until = match state.link {
                 Link::Down => until_up.min(deadline),
-                Link::Up if state.busy() => deadline,
-                _ => return,
+                Link::Up if state.busy() => deadline.min(taken + patience),
+                _ => return true,
             };
             let left = until.saturating_duration_since(Instant::now());
             if left.is_zero() {
-                return;
+                return state.link == Link::Down;
             }
+            let before = (state.waiting.len(), state.in_flight.len(), state.link);
             let waited = self.changed.wait_timeout(state, left);
             (state, _) = waited.unwrap_or_else(PoisonError::into_inner);
+            if before != (state.waiting.len(), state.in_flight.len(), state.link) {
+                taken = Instant::now();
+            }
         }
     }
 

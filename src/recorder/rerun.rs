@@ -17,8 +17,8 @@ use super::{RecordError, Recorded, Recorder};
 use super::{blueprint, checkpoint, entity, statics};
 use crate::frame::{Frame, Header};
 
-/// Longest wait before rows are sent off while a viewer watches: a frame at 30 a second.
-const LIVE_TICK: Duration = Duration::from_millis(33);
+/// Longest wait before rows are sent off while a viewer watches: 20 times a second.
+const LIVE_TICK: Duration = Duration::from_millis(50);
 /// The same for a file alone. Each entity costs 1.3 kB a tick, and a killed run loses one tick.
 const FILE_TICK: Duration = Duration::from_millis(200);
 /// What is static has that time to be sent.

@@ -295,3 +295,15 @@ fn a_full_line_drops_the_oldest() {
     }
     assert_eq!(queue.dropped(), 3);
 }
+
+#[test]
+fn a_viewer_that_takes_nothing_is_not_waited_for() {
+    let queue = Queue::new();
+    for message in messages() {
+        queue.push(message);
+    }
+    queue.set_link(Link::Up);
+    let never = Instant::now() + Duration::from_secs(86_400);
+    assert!(!queue.drain(never, Duration::from_millis(20), never));
+    assert_eq!(queue.dropped(), 0, "it may still come to its senses");
+}
