@@ -4,7 +4,8 @@
 //! the continuous checks, which set `CI`.
 
 use crate::support;
-use crate::support::program::{Running, muslin_succeeds, read, report, wait_for, write};
+use crate::support::background::{Running, wait_for};
+use crate::support::program::{muslin_succeeds, read, report, write};
 use muslin::replay::{Layout, for_each_frame};
 use std::fs;
 use std::io::{Read as _, Write as _};

@@ -790,8 +790,9 @@ fn recording_without_rerun_is_refused() {
 #[cfg(feature = "rerun")]
 mod recorded {
     use super::{SMALL, folder};
+    use crate::support::background::{Running, wait_for};
     use crate::support::program::{
-        Running, contents, muslin, muslin_succeeds, read, refused, report, wait_for, write,
+        contents, muslin, muslin_succeeds, read, refused, report, write,
     };
     use std::fs;
     use std::path::Path;

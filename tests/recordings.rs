@@ -1,9 +1,8 @@
 //! Recordings that nothing destroys, and what can be done with them: going on, branching, running again.
 
 use crate::support;
-use crate::support::program::{
-    Ended, Running, muslin, muslin_succeeds, read, refused, report, says, wait_for, write,
-};
+use crate::support::background::{Running, wait_for};
+use crate::support::program::{Ended, muslin, muslin_succeeds, read, refused, report, says, write};
 use muslin::frame::Capture;
 use muslin::integrator::Integrator;
 use muslin::pipeline::Plan;

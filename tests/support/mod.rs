@@ -1,5 +1,7 @@
 //! What several topics need.
 
+#[cfg(feature = "rerun")]
+pub(crate) mod background;
 pub(crate) mod program;
 
 use glam::DVec3;

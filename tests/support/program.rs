@@ -4,8 +4,7 @@ use serde_json::Value;
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::Child;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// No command of the tests takes half as long; one that hangs is ended.
 const PATIENCE: Duration = Duration::from_secs(60);
@@ -93,32 +92,4 @@ pub(crate) fn refused(folder: &Path, args: &str, words: &[&str]) {
     let names = |files: &BTreeMap<PathBuf, Vec<u8>>| files.keys().cloned().collect::<Vec<_>>();
     assert_eq!(names(&before), names(&after), "muslin {args} left files");
     assert!(before == after, "muslin {args} changed a file");
-}
-
-/// A program in the background that a failing test doesn't leave behind.
-#[cfg(feature = "rerun")]
-pub(crate) struct Running(pub(crate) Child);
-
-#[cfg(feature = "rerun")]
-impl Drop for Running {
-    fn drop(&mut self) {
-        self.0.kill().ok();
-        self.0.wait().ok();
-    }
-}
-
-/// Asks again and again until there is an answer; fails after a while.
-#[cfg(feature = "rerun")]
-pub(crate) fn wait_for<T>(what: &str, mut answer: impl FnMut() -> Option<T>) -> T {
-    let start = Instant::now();
-    loop {
-        if let Some(answer) = answer() {
-            return answer;
-        }
-        assert!(
-            start.elapsed() < Duration::from_secs(20),
-            "waited for {what}"
-        );
-        std::thread::sleep(Duration::from_millis(20));
-    }
 }
