@@ -134,6 +134,7 @@ fn record(
     }
     let targets = Targets {
         save: Some(out.join("study.rrd")),
+        force: true, // like all files of the folder, which are a study's together
         ..Targets::default()
     };
     let mut recorder = RerunRecorder::new(&overlay.header, &targets).map_err(Failure::run)?;
