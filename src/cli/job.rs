@@ -1,7 +1,7 @@
 //! A simulation that is ready to run, and its way to the end: recorded, reported, summed up.
 
 use super::args::OutputArgs;
-use super::output::{check_outputs, recorder};
+use super::output::{check_outputs, recorder, save_path};
 use super::progress::Display;
 use super::{Failure, choose, report};
 use crate::frame::{Capture, Header};
@@ -34,6 +34,7 @@ impl Job {
     /// Runs the simulation to the scene's end, or until it is stopped from outside.
     pub(super) fn perform(self, output: &OutputArgs, stop: &AtomicBool) -> Result<(), Failure> {
         check_outputs(output, &self.loaded, &self.inputs)?;
+        let saved = save_path(output, &self.header.scene);
         let mut recorder = recorder(output, &self.header)?;
         if !output.quiet {
             self.notes.iter().for_each(|note| eprintln!("{note}"));
@@ -59,6 +60,9 @@ impl Job {
         display.finish();
         let finished = finished.map_err(Failure::run)?;
         let name = &self.loaded.scene.name;
+        if let Some(path) = saved.filter(|_| !output.quiet) {
+            println!("recorded in {}", path.display());
+        }
         conclude(output, name, self.threads, self.picked.as_ref(), &finished)
     }
 }

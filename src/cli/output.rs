@@ -43,7 +43,7 @@ pub(super) fn recorder(
 }
 
 /// The recording to write, if any; without a name given, one that isn't there yet.
-fn save_path(args: &OutputArgs, scene: &str) -> Option<PathBuf> {
+pub(super) fn save_path(args: &OutputArgs, scene: &str) -> Option<PathBuf> {
     if args.no_save {
         return None;
     }
