@@ -1,7 +1,7 @@
 //! A simulation that is ready to run, and its way to the end: recorded, reported, summed up.
 
 use super::args::OutputArgs;
-use super::output::{check_outputs, recorder, save_path};
+use super::output::{check_outputs, recorder};
 use super::progress::Display;
 use super::{Failure, choose, report};
 use crate::frame::{Capture, Header};
@@ -33,9 +33,8 @@ pub(super) struct Job {
 impl Job {
     /// Runs the simulation to the scene's end, or until it is stopped from outside.
     pub(super) fn perform(self, output: &OutputArgs, stop: &AtomicBool) -> Result<(), Failure> {
-        check_outputs(output, &self.loaded, &self.inputs)?;
-        let saved = save_path(output, &self.header.scene);
-        let mut recorder = recorder(output, &self.header)?;
+        let saved = check_outputs(output, &self.loaded, &self.inputs)?;
+        let mut recorder = recorder(output, saved.as_deref(), &self.header)?;
         if !output.quiet {
             self.notes.iter().for_each(|note| eprintln!("{note}"));
         }

@@ -11,11 +11,12 @@ use std::path::{Path, PathBuf};
 #[cfg(feature = "rerun")]
 pub(super) fn recorder(
     args: &OutputArgs,
+    save: Option<&Path>,
     header: &Header,
 ) -> Result<Box<dyn Recorder + Send>, Failure> {
     use crate::recorder::{RerunRecorder, Targets};
     let targets = Targets {
-        save: save_path(args, &header.scene),
+        save: save.map(Path::to_owned),
         force: args.force,
         connect: args.connect.clone(),
         serve: args.serve,
@@ -31,10 +32,11 @@ pub(super) fn recorder(
 #[cfg(not(feature = "rerun"))]
 pub(super) fn recorder(
     args: &OutputArgs,
-    header: &Header,
+    save: Option<&Path>,
+    _header: &Header,
 ) -> Result<Box<dyn Recorder + Send>, Failure> {
     let live = args.connect.is_some() || args.serve.is_some() || args.spawn;
-    if live || save_path(args, &header.scene).is_some() {
+    if live || save.is_some() {
         return Err(Failure::Input(anyhow!(
             "this muslin was built without Rerun: use --no-save, or build with default features"
         )));
@@ -43,25 +45,22 @@ pub(super) fn recorder(
 }
 
 /// The recording to write, if any; without a name given, one that isn't there yet.
-pub(super) fn save_path(args: &OutputArgs, scene: &str) -> Option<PathBuf> {
-    if args.no_save {
-        return None;
+fn save_path(args: &OutputArgs, scene: &str) -> Option<PathBuf> {
+    if args.no_save || args.save.is_some() {
+        return args.save.clone();
     }
-    Some(args.save.clone().unwrap_or_else(|| {
-        let mut names = (2..).map(|n| format!("{scene}-{n}.rrd"));
-        let first = PathBuf::from(format!("{scene}.rrd"));
-        let mut free = std::iter::once(first).chain(names.by_ref().map(PathBuf::from));
-        free.find(|path| !path.exists()).unwrap_or_default()
-    }))
+    let first = std::iter::once(format!("{scene}.rrd"));
+    let names = first.chain((2..).map(|n| format!("{scene}-{n}.rrd")));
+    names.map(PathBuf::from).find(|path| !path.exists())
 }
 
 /// Refuses outputs that can't be written or would destroy an input or each other, before anything
-/// is touched.
+/// is touched. Returns the recording to write, if any.
 pub(super) fn check_outputs(
     args: &OutputArgs,
     loaded: &LoadedScene,
     inputs: &[PathBuf],
-) -> Result<(), Failure> {
+) -> Result<Option<PathBuf>, Failure> {
     let save = save_path(args, &loaded.scene.name);
     let report = args.report.as_deref();
     let inputs = inputs.iter().map(PathBuf::as_path);
@@ -76,7 +75,8 @@ pub(super) fn check_outputs(
         }
         used.push(path);
     }
-    report.map_or(Ok(()), check_writable)
+    report.map_or(Ok(()), check_writable)?;
+    Ok(save)
 }
 
 /// Whether two paths lead to one file, now or when both are written.
