@@ -26,7 +26,7 @@ impl LiveFeed {
 
     /// Sends a message to every viewer.
     pub(crate) fn send(&self, message: &LogMsg) {
-        for sink in &self.0.sinks {
+        for sink in self.0.sinks() {
             sink.send(message.clone());
         }
     }

@@ -45,7 +45,7 @@ impl RecordingFile {
     /// # Errors
     ///
     /// When it can't be created.
-    pub(super) fn create(path: &Path, force: bool) -> Result<(FileSink, Self), RecordError> {
+    pub(super) fn create(path: &Path, force: bool) -> Result<Self, RecordError> {
         let create = || -> io::Result<Writer> {
             let mut options = OpenOptions::new();
             options
@@ -63,12 +63,17 @@ impl RecordingFile {
             })
         };
         let writer = create().map_err(|source| RecordError::of_file(path, source))?;
-        let writer = Arc::new(Mutex::new(writer));
-        let sink = FileSink {
-            writer: Arc::clone(&writer),
-        };
-        let path = path.to_owned();
-        Ok((sink, Self { path, writer }))
+        Ok(Self {
+            path: path.to_owned(),
+            writer: Arc::new(Mutex::new(writer)),
+        })
+    }
+
+    /// A way into the file.
+    pub(super) fn sink(&self) -> FileSink {
+        FileSink {
+            writer: Arc::clone(&self.writer),
+        }
     }
 
     /// Whether everything that was sent is in the file.

@@ -60,22 +60,26 @@ impl LiveViewer {
     /// # Errors
     ///
     /// When the system gives no thread.
-    pub(super) fn start(viewer: Viewer) -> Result<(LiveSink, Self), RecordError> {
+    pub(super) fn start(viewer: Viewer) -> Result<Self, RecordError> {
         let queue = Arc::new(Queue::new());
         let live = Self {
             queue: Arc::clone(&queue),
             expected_by: Instant::now() + viewer.start_up_time(),
             outlives_run: viewer.outlives_run(),
         };
-        let sink = LiveSink {
-            queue: Arc::clone(&queue),
-        };
         // Never joined: a stopped viewer would keep it for ever. It ends with the process.
         thread::Builder::new()
             .name("muslin-live".to_owned())
             .spawn(move || feed(&queue, &viewer))
             .map_err(|source| RecordError::CannotStartThread { source })?;
-        Ok((sink, live))
+        Ok(live)
+    }
+
+    /// A way into the line to the viewer.
+    pub(super) fn sink(&self) -> LiveSink {
+        LiveSink {
+            queue: Arc::clone(&self.queue),
+        }
     }
 
     /// Frames of which the viewer missed something so far.

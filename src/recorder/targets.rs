@@ -29,8 +29,6 @@ pub struct Targets {
 
 /// The open targets.
 pub(super) struct Open {
-    /// What the stream writes to.
-    pub(super) sinks: Vec<Box<dyn LogSink>>,
     /// The file, if there is one.
     pub(super) file: Option<RecordingFile>,
     /// The viewers at the other ends.
@@ -51,7 +49,6 @@ impl Targets {
             spawn,
         } = self;
         let mut open = Open {
-            sinks: Vec::new(),
             file: None,
             viewers: Vec::new(),
         };
@@ -65,19 +62,29 @@ impl Targets {
             kinds.push(Viewer::spawned()?);
         }
         if let Some(path) = save {
-            let (sink, file) = RecordingFile::create(path, *force)?;
-            open.sinks.push(Box::new(sink));
-            open.file = Some(file);
+            open.file = Some(RecordingFile::create(path, *force)?);
         }
         for kind in kinds {
-            let (sink, viewer) = LiveViewer::start(kind)?;
-            open.sinks.push(Box::new(sink));
-            open.viewers.push(viewer);
+            open.viewers.push(LiveViewer::start(kind)?);
         }
-        if open.sinks.is_empty() {
+        if open.file.is_none() && open.viewers.is_empty() {
             return Err(RecordError::NoTarget);
         }
         Ok(open)
+    }
+}
+
+impl Open {
+    /// What a stream writes to: each target once.
+    pub(super) fn sinks(&self) -> Vec<Box<dyn LogSink>> {
+        let mut sinks: Vec<Box<dyn LogSink>> = Vec::new();
+        if let Some(file) = &self.file {
+            sinks.push(Box::new(file.sink()));
+        }
+        for viewer in &self.viewers {
+            sinks.push(Box::new(viewer.sink()));
+        }
+        sinks
     }
 }
 
