@@ -78,6 +78,7 @@ impl Simulation {
             bodies,
             detection,
             impacts,
+            holds,
             tangles,
             tangled,
             ledger,
@@ -95,6 +96,12 @@ impl Simulation {
         detection.carry(archive);
         if let Some(impacts) = impacts {
             impacts.carry(archive);
+        }
+        archive.list(holds, |archive, hold| hold.carry(archive));
+        if (holds.iter().flat_map(|hold| hold.particles))
+            .any(|particle| particle as usize >= model.cloth_particles())
+        {
+            archive.damage();
         }
         ledger.carry(archive);
         budget.carry(archive);

@@ -5,7 +5,7 @@ use super::{Diverged, Simulation, Stage};
 use crate::collision::{Response, respond};
 use crate::energy::{CONTACT, FRICTION, Ledger, STRAIN_LIMIT, potential_at};
 use crate::model::Model;
-use crate::strain_limit::{Held, Limited, Wall};
+use crate::strain_limit::{Held, Hold, Limited, Wall};
 use glam::DVec3;
 
 /// Rounds of strain limiting and contact in a step: each undoes a little of the other. Steps of
@@ -48,9 +48,15 @@ impl Simulation {
 
     /// Strain limiting and contact of particles, then of whole edges and triangles, until neither undoes the
     /// other; the last word is that of contact. Also says whether anything was changed.
+    ///
+    /// Springs are shortened with what impacts have parted kept apart, at first with what they parted in the last
+    /// step: layers that are pulled into each other by millimetres are to be found anew. A rope of folds (`twist`)
+    /// takes 0.9 rounds of impacts for 1.7 without.
     fn hold_apart(&mut self) -> (Limited, bool) {
-        self.holds.clear();
+        // Obstacles have gone on since.
+        self.holds.retain(Hold::is_between_particles);
         let (mut limited, mut touched) = self.limit_strain_and_contact(true);
+        self.holds.clear();
         for _ in 1..MAX_IMPACT_ROUNDS {
             if !self.resolve_impacts() {
                 return (limited, touched);
@@ -59,12 +65,11 @@ impl Simulation {
             let Some(limit) = &self.model.strain_limit else {
                 return (limited, touched);
             };
-            if !limit.is_exceeded(&self.state.positions) {
-                return (limited, touched);
-            }
-            // From now on springs are shortened with what impacts have parted kept apart.
             if let Some(impacts) = &self.impacts {
                 impacts.holds(&mut self.holds);
+            }
+            if !limit.is_exceeded(&self.state.positions) {
+                return (limited, touched);
             }
             let (again, _) = self.limit_strain_and_contact(false);
             limited.passes += again.passes;

@@ -83,7 +83,7 @@ pub struct Simulation {
     /// What strain limiting must not pull particles into, scratch; empty without a strain limit or
     /// without obstacles.
     walls: Vec<Wall>,
-    /// What it must not pull together either, scratch.
+    /// What it must not pull together either: what impacts have parted in the step, before them in the last one.
     holds: Vec<Hold>,
 }
 

@@ -5,6 +5,7 @@
 //! the masses, so that momentum is kept, and passes are repeated until the limit holds.
 
 use crate::force::Spring;
+use crate::state::Archive;
 use glam::DVec3;
 
 /// An upper bound on the strain of springs.
@@ -177,6 +178,21 @@ pub struct Hold {
 }
 
 impl Hold {
+    /// Whether no obstacle is at either side: the weights of the two sides outweigh each other.
+    pub fn is_between_particles(&self) -> bool {
+        self.weights.iter().sum::<f64>().abs() < 0.5
+    }
+
+    /// Carries all of it over.
+    pub fn carry(&mut self, archive: &mut Archive) {
+        for (particle, weight) in self.particles.iter_mut().zip(&mut self.weights) {
+            archive.small(particle);
+            archive.real(weight);
+        }
+        archive.vector(&mut self.normal);
+        archive.real(&mut self.offset);
+    }
+
     /// Moves the particles along the normal by their weights and inverse masses, if the gap is too small.
     fn keep(&self, positions: &mut [DVec3], inverse_masses: &[f64]) {
         let (mut gap, mut compliance) = (-self.offset, 0.0);

@@ -17,11 +17,12 @@ use crate::state::Archive;
 use glam::{DVec3, Vec3, Vec4};
 use rayon::prelude::*;
 
-/// Distance below which features are listed, in thicknesses.
-const NEAR: f64 = 1.5;
+/// Distance below which features are listed, in thicknesses. The last turn of `twist` takes 0.91 of the time of 1.5; with
+/// 1.25 more drifts than a shorter list saves.
+const NEAR: f64 = 1.35;
 
 /// Change of the ends of ways within a step, in thicknesses, up to which what has drifted isn't looked for again.
-const ROOM: f64 = 0.125;
+const ROOM: f64 = 0.1;
 
 /// Slack below which pairs are looked at in all rounds of a step, in thicknesses; others are passed over in blocks.
 pub(super) const TIGHT: f64 = 0.25;

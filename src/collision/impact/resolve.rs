@@ -130,9 +130,8 @@ impl Impacts {
         resolved
     }
 
-    /// The gaps that were kept open in the last step.
+    /// Adds the gaps that were kept open when the step was resolved last.
     pub fn holds(&self, holds: &mut Vec<Hold>) {
-        holds.clear();
         let is_solid = |i: u32| i as usize >= self.particles;
         let ends = &self.ground.vertices.end;
         holds.extend(self.touches.iter().map(|touch| {

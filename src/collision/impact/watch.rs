@@ -1,7 +1,7 @@
 //! Looking at what is near or has drifted: most pairs are told apart by the direction that parted them last.
 
 use super::Features;
-use super::element::pairs;
+use super::element::{Element, pairs};
 use super::examine::of;
 use super::ground::Ground;
 use super::near::{BLOCK, Near, Part, between, group, round_down};
@@ -105,30 +105,35 @@ impl Watch<'_> {
     #[inline]
     fn gaps(&self, features: Features, vertices: [u32; 4], normal: Vec3) -> [f32; 2] {
         let [a, b, c, d] = of(self.ways, vertices);
-        let gap = |a: Vec4, b: Vec4, c: Vec4, d: Vec4| {
-            let all = Mat4::from_cols(a, b, c, d).transpose();
-            let along = all.x_axis * normal.x + all.y_axis * normal.y + all.z_axis * normal.z;
-            let [a, b, c, d] = along.to_array();
+        let gap = |time: usize| {
+            let heights = heights([a[time], b[time], c[time], d[time]], normal);
+            let [a, b, c, d] = heights.to_array();
             match features {
                 Features::VertexFace => a - b.max(c).max(d),
                 Features::EdgeEdge => a.min(b) - c.max(d),
             }
         };
-        [gap(a[0], b[0], c[0], d[0]), gap(a[1], b[1], c[1], d[1])]
+        [gap(0), gap(1)]
     }
 
     /// Looks whether features that aren't listed meet.
     pub(super) fn look_at_drifted(&self, drifted: &[[u32; 2]], found: &mut Found) {
-        let enough = f64::from(if self.first { self.reach } else { self.band });
+        let enough = if self.first { self.reach } else { self.band };
         for both in drifted {
             let [one, other] = both.map(|k| &self.ground.cloth[k as usize]);
-            if self.ground.apart(one, other) > enough {
+            if !self.first && !self.ground.is_stale(one) && !self.ground.is_stale(other) {
+                continue;
+            }
+            if self.are_apart(one, other, enough) {
                 continue;
             }
             pairs(one, other, false, |features, vertices| {
                 let (mine, yours) = vertices.split_at(features.split());
                 let apart = mine.iter().all(|i| !yours.contains(i));
-                if apart && (self.first || self.ground.is_any_stale(vertices)) {
+                if apart
+                    && (self.first || self.ground.is_any_stale(vertices))
+                    && !self.boxes_are_apart(features, vertices, enough)
+                {
                     let examined = self.ground.examine_layers(features, vertices, self.first);
                     let listed =
                         || between(features, &of(self.places, vertices), self.thickness).is_some();
@@ -137,4 +142,54 @@ impl Watch<'_> {
             });
         }
     }
+
+    /// Whether two elements keep a gap (m) along the normal of one of them, at the start and at the end of their ways.
+    fn are_apart(&self, one: &Element, other: &Element, gap: f32) -> bool {
+        let corners = |element: &Element| {
+            let [a, b, c] = element.corners;
+            let way = |i: u32| &self.ways[i as usize];
+            [way(a), way(b), way(c), way(c)]
+        };
+        let [one, other] = [corners(one), corners(other)];
+        let apart = |[a, b, c, _]: [&[Vec4; 2]; 4]| {
+            let a0 = a[0].truncate();
+            let normal = (b[0].truncate() - a0).cross(c[0].truncate() - a0);
+            let normal = normal.normalize_or_zero();
+            let (mine, yours) = (range(one, normal), range(other, normal));
+            mine.0 - yours.1 > gap || yours.0 - mine.1 > gap
+        };
+        apart(one) || apart(other)
+    }
+
+    /// Whether the boxes of two features keep a gap (m) along an axis, on the same side at both ends of their ways.
+    #[inline]
+    fn boxes_are_apart(&self, features: Features, vertices: [u32; 4], gap: f32) -> bool {
+        let [a, b, c, d] = of(self.ways, vertices);
+        let gaps = |time: usize| {
+            let (a, b, c, d) = (a[time], b[time], c[time], d[time]);
+            let (mine, yours) = match features {
+                Features::VertexFace => ((a, a), (b.min(c).min(d), b.max(c).max(d))),
+                Features::EdgeEdge => ((a.min(b), a.max(b)), (c.min(d), c.max(d))),
+            };
+            (mine.0 - yours.1, yours.0 - mine.1)
+        };
+        let (start, end) = (gaps(0), gaps(1));
+        let least = start.0.min(end.0).max(start.1.min(end.1));
+        least.max_element() > gap
+    }
+}
+
+/// Least and largest height of points on their ways along a direction (m).
+#[inline]
+fn range([a, b, c, d]: [&[Vec4; 2]; 4], direction: Vec3) -> (f32, f32) {
+    let start = heights([a[0], b[0], c[0], d[0]], direction);
+    let end = heights([a[1], b[1], c[1], d[1]], direction);
+    (start.min(end).min_element(), start.max(end).max_element())
+}
+
+/// Heights of four points along a direction.
+#[inline]
+fn heights([a, b, c, d]: [Vec4; 4], direction: Vec3) -> Vec4 {
+    let all = Mat4::from_cols(a, b, c, d).transpose();
+    all.x_axis * direction.x + all.y_axis * direction.y + all.z_axis * direction.z
 }
