@@ -313,6 +313,10 @@ fn nothing_is_overwritten() {
         muslin_succeeds(&folder, run);
         assert!(folder.join(name).exists(), "{name}");
     }
+    write(&folder, "hanging-cloth.rrd", "an older recording");
+    muslin_succeeds(&folder, &format!("{run} --force"));
+    assert!(fs::metadata(folder.join("hanging-cloth.rrd")).unwrap().len() > 1000);
+    assert!(!folder.join("hanging-cloth-4.rrd").exists());
 }
 
 /// RERUN=0 in the environment switches Rerun off; a recording that was asked for is written nevertheless.

@@ -180,8 +180,8 @@ pub(super) struct OutputArgs {
     /// Recording to write; SCENE.rrd by default, or SCENE-2.rrd and so on where that exists.
     #[arg(long, value_name = "FILE.rrd")]
     pub(super) save: Option<PathBuf>,
-    /// Replace the file that --save names.
-    #[arg(long, requires = "save")]
+    /// Replace the recording if it exists: the one that --save names, or SCENE.rrd.
+    #[arg(long, conflicts_with = "no_save")]
     pub(super) force: bool,
     /// Write no recording.
     #[arg(long, conflicts_with = "save")]

@@ -44,14 +44,14 @@ pub(super) fn recorder(
     Ok(Box::new(DiscardRecorder))
 }
 
-/// The recording to write, if any; without a name given, one that isn't there yet.
+/// The recording to write, if any; without a name given, one that isn't there yet or may be replaced.
 fn save_path(args: &OutputArgs, scene: &str) -> Option<PathBuf> {
     if args.no_save || args.save.is_some() {
         return args.save.clone();
     }
     let first = std::iter::once(format!("{scene}.rrd"));
     let names = first.chain((2..).map(|n| format!("{scene}-{n}.rrd")));
-    names.map(PathBuf::from).find(|path| !path.exists())
+    names.map(PathBuf::from).find(|path| args.force || !path.exists())
 }
 
 /// Refuses outputs that can't be written or would destroy an input or each other, before anything
