@@ -1,6 +1,7 @@
 //! Uniform gravity.
 
 use super::{Cut, Force, Tiles, Window};
+use crate::linear::prefetch;
 use crate::state::State;
 use glam::DVec3;
 use std::ops::Range;
@@ -66,6 +67,10 @@ impl Force for Gravity {
 }
 
 impl Cut for Gravity {
+    fn prefetch(&self, _: usize, particles: Range<usize>) {
+        prefetch(&self.masses, particles);
+    }
+
     fn add_forces(&self, _: usize, _: &State, window: &mut Window<'_>) {
         let (range, forces) = window.tile();
         for (force, &m) in forces.iter_mut().zip(&self.masses[range]) {

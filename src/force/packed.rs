@@ -10,6 +10,7 @@ use super::{Cut, Window};
 use crate::state::State;
 use glam::DVec3;
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 /// A spring, by its places from the tile's first on and its kind.
 #[derive(Clone, Copy, Debug)]
@@ -154,7 +155,7 @@ impl Cut for SpringLists {
         }
     }
 
-    fn prefetch(&self, tile: usize) {
+    fn prefetch(&self, tile: usize, _: Range<usize>) {
         Self::prefetch(self, tile);
     }
 

@@ -21,8 +21,8 @@ pub trait Cut: Debug + Send + Sync {
     /// Adds the forces (N) of a tile's elements on the particles that the window shows.
     fn add_forces(&self, tile: usize, state: &State, window: &mut Window<'_>);
 
-    /// Asks for a tile's elements ahead of their use.
-    fn prefetch(&self, _tile: usize) {}
+    /// Asks for a tile's elements, or for what it has of the tile's particles, ahead of their use.
+    fn prefetch(&self, _tile: usize, _particles: Range<usize>) {}
 
     /// The lowest of a chunk's particles that elements of one of its tiles act on, where that may be
     /// below the tile's own.
@@ -35,20 +35,47 @@ pub trait Cut: Debug + Send + Sync {
 /// many or half as many are as good.
 const TILE: usize = 128;
 
+/// Particles of a scene whose lists are beyond the caches.
+const LARGE: usize = 1 << 18;
+
+/// Particles in a tile of a large scene: so few that the processor, which sees some hundred instructions
+/// ahead, works on the next tile's springs while the lines of this one are written, and that those of a tile
+/// can be asked for at once. On a million particles and one thread a step of symplectic Euler went from 40 to
+/// 36 ns a particle, one of rk4 from 125 to 114. Tiles of 32 do half of that for rk4; in small scenes, where
+/// each tile's calls are all that counts, such tiles cost a tenth.
+const SHORT_TILE: usize = 16;
+
+/// How many short tiles ahead of its use memory is asked for.
+const AHEAD: usize = 4;
+
 /// Chunks of the particles, cut into tiles.
 #[derive(Clone, Copy, Debug)]
 pub struct Tiles {
     chunks: Chunks,
+    /// Particles of a tile.
+    size: usize,
     /// Tiles of a chunk.
     each: usize,
+    /// How many tiles ahead of its use memory is asked for.
+    ahead: usize,
 }
 
 impl Tiles {
     /// The tiles of some particles.
     pub fn of(particles: usize) -> Self {
         let chunks = Chunks::of(particles);
-        let each = chunks.size().div_ceil(TILE);
-        Self { chunks, each }
+        let (size, ahead) = if particles < LARGE {
+            (TILE, 1)
+        } else {
+            (SHORT_TILE, AHEAD)
+        };
+        let each = chunks.size().div_ceil(size);
+        Self {
+            chunks,
+            size,
+            each,
+            ahead,
+        }
     }
 
     /// Number of tiles.
@@ -69,14 +96,20 @@ impl Tiles {
     /// The particles of a tile.
     pub fn range(self, tile: usize) -> Range<usize> {
         let chunk = self.chunks.range(tile / self.each);
-        let start = chunk.start + tile % self.each * TILE;
-        start.min(chunk.end)..(start + TILE).min(chunk.end)
+        let start = chunk.start + tile % self.each * self.size;
+        start.min(chunk.end)..(start + self.size).min(chunk.end)
+    }
+
+    /// The tile that memory is asked for while another one is worked on, and its particles.
+    pub fn ahead(self, tile: usize) -> (usize, Range<usize>) {
+        let start = self.range(tile).start + self.ahead * self.size;
+        (tile + self.ahead, start..start + self.size)
     }
 
     /// The tile that a particle is in.
     fn at(self, particle: usize) -> usize {
         let chunk = self.chunks.at(particle);
-        chunk * self.each + (particle - self.chunks.range(chunk).start) / TILE
+        chunk * self.each + (particle - self.chunks.range(chunk).start) / self.size
     }
 }
 
@@ -257,7 +290,7 @@ impl<E: Debug + Send + Sync> Cut for Lists<E> {
         (self.add)(self.tiled.of(tile), state, window);
     }
 
-    fn prefetch(&self, tile: usize) {
+    fn prefetch(&self, tile: usize, _: Range<usize>) {
         self.tiled.prefetch(tile);
     }
 
@@ -364,14 +397,14 @@ impl ForcePass {
             for tile in self.tiles.of_chunk(chunk) {
                 window.tile = self.tiles.range(tile);
                 window.tile().1.fill(DVec3::ZERO);
-                let ahead = window.tile.end..window.tile.end + TILE;
+                let (next, ahead) = self.tiles.ahead(tile);
                 let from = |first: usize| ahead.start - first..ahead.end - first;
                 prefetch(&state.positions, from(0));
                 prefetch(&state.velocities, from(0));
                 prefetch(window.forces, from(first));
                 own.prefetch(from(done));
                 for law in lists.iter().copied().flatten() {
-                    law.prefetch(tile + 1);
+                    law.prefetch(next, ahead.clone());
                     law.add_forces(tile, state, &mut window);
                 }
                 let settled = self.settled[tile].max(done);

@@ -34,7 +34,7 @@ impl Scheme for Euler {
         before: &State,
         state: &mut State,
     ) -> Solve {
-        self.pass.step(model, before, parts(state), |i, a| {
+        self.pass.step(model, before, parts(state), (), |i, a| {
             let v = before.velocities[i];
             [before.positions[i] + v * dt, v + a * dt]
         });

@@ -1,6 +1,7 @@
 //! What the explicit schemes share: accelerations of a state, and how particles are moved.
 
 use crate::force::ForcePass;
+use crate::linear::Shared;
 use crate::model::Model;
 use crate::state::State;
 use glam::DVec3;
@@ -22,22 +23,25 @@ impl Accelerations {
     }
 
     /// Sets `to` to what `kernel` makes of each particle's number and f(x, v)/m (m/s²) at a state, all in
-    /// one pass: beyond the caches, a pass over memory takes longer than the springs.
+    /// one pass: beyond the caches, a pass over memory takes longer than the springs. `reads` are the lists
+    /// besides the state's that the kernel looks at, asked for ahead of that.
     pub(super) fn step(
         &mut self,
         model: &Model,
         at: &State,
         to: [&mut [DVec3]; 2],
+        reads: impl Shared,
         kernel: impl Fn(usize, DVec3) -> [DVec3; 2] + Sync,
     ) {
         self.keep_up(model);
         // The forces stand where the new velocities will.
         let [positions, velocities] = to;
+        let own = (positions, (&model.inverse_masses[..], reads));
         self.pass
-            .set_all(at, velocities, positions, |first, forces, x| {
-                for (k, (v, x)) in forces.iter_mut().zip(x).enumerate() {
-                    let i = first + k;
-                    [*x, *v] = kernel(i, *v * model.inverse_masses[i]);
+            .set_all(at, velocities, own, |first, forces, (x, (weights, _))| {
+                let each = forces.iter_mut().zip(x).zip(weights);
+                for (k, ((v, x), w)) in each.enumerate() {
+                    [*x, *v] = kernel(first + k, *v * *w);
                 }
             });
     }

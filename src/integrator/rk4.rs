@@ -51,9 +51,10 @@ impl Scheme for Rk4 {
     ) -> Solve {
         let Self { pass, stages } = self;
         let [second, third] = stages;
+        let start = (&before.positions[..], &before.velocities[..]);
         let ahead = |from: &State, to: &mut State, pass: &mut Accelerations, share: f64| {
             let h = share * dt;
-            pass.step(model, from, parts(to), |i, a| {
+            pass.step(model, from, parts(to), start, |i, a| {
                 let x = before.positions[i] + from.velocities[i] * h;
                 [x, before.velocities[i] + a * h]
             });
@@ -67,7 +68,8 @@ impl Scheme for Rk4 {
         // The stages' positions have served.
         let to = [&mut third.positions[..], &mut second.positions[..]];
         let [v2, v3] = [&second.velocities, &third.velocities];
-        pass.step(model, fourth, to, |i, a| {
+        let reads = (start, (&v2[..], &v3[..]));
+        pass.step(model, fourth, to, reads, |i, a| {
             let (x, v) = (before.positions[i], before.velocities[i]);
             // Differences from the start: what doesn't accelerate keeps its velocity to the last bit.
             let [d2, d3, d4] = [v2[i], v3[i], fourth.velocities[i]].map(|stage| stage - v);

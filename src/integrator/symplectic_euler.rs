@@ -33,7 +33,7 @@ impl Scheme for SymplecticEuler {
         before: &State,
         state: &mut State,
     ) -> Solve {
-        self.pass.step(model, before, parts(state), |i, a| {
+        self.pass.step(model, before, parts(state), (), |i, a| {
             let v = before.velocities[i] + a * dt;
             [before.positions[i] + v * dt, v]
         });

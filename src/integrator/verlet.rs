@@ -120,7 +120,8 @@ impl Verlet {
                 *v += *f * (0.5 * dt * model.inverse_masses[first + k]);
             }
         };
-        pass.set_laws(state, forces, &mut middle[..], |first, forces, middle| {
+        let own = (&mut middle[..], &model.inverse_masses[..]);
+        pass.set_laws(state, forces, own, |first, forces, (middle, _)| {
             kick(first, forces, middle);
         });
         if pass.is_damped() {

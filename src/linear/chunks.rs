@@ -30,6 +30,16 @@ impl<T: Send> Shared for &mut [T] {
     }
 }
 
+impl<T: Sync> Shared for &[T] {
+    fn split_at(self, middle: usize) -> (Self, Self) {
+        self.split_at(middle)
+    }
+
+    fn prefetch(&self, entries: Range<usize>) {
+        prefetch(self, entries);
+    }
+}
+
 impl<A: Shared, B: Shared> Shared for (A, B) {
     fn split_at(self, middle: usize) -> (Self, Self) {
         let (a, b) = (self.0.split_at(middle), self.1.split_at(middle));

@@ -8,16 +8,26 @@ const PAGE: usize = 4096;
 /// Bytes of a cache line.
 const LINE: usize = 64;
 
-/// Asks for the first two lines of each page that begins within some entries of a list.
+/// Entries of which all lines are asked for.
+const FEW: usize = 64;
+
+/// Asks for all lines of a few entries of a list; of many, for the first two of each page that begins
+/// within them.
 ///
 /// The processor fetches the lines ahead of those that a loop reads by itself, but never across a page:
 /// where each begins, a loop over eight lists waits for memory eight times. On a million particles this
 /// took a step of symplectic Euler on one thread from 55 to 42 ns a particle on a busy machine, within the
-/// caches it has 31; one line does part of that, four or eight no more.
+/// caches it has 31; one line does part of that, four or eight no more. Nor do all lines of many entries:
+/// a core waits for 16 at a time, and for the rest before it works on.
 pub(crate) fn prefetch<T>(list: &[T], entries: Range<usize>) {
     let end = entries.end.min(list.len());
     let entries = &list[entries.start.min(end)..end];
     let Range { start, end } = entries.as_ptr_range();
+    if entries.len() <= FEW {
+        let lines = (end.addr() - start.addr()).div_ceil(LINE);
+        (0..lines).for_each(|line| fetch(start.cast::<u8>().wrapping_add(line * LINE)));
+        return;
+    }
     let mut page = start.addr().next_multiple_of(PAGE);
     while page < end.addr() {
         fetch(start.cast::<u8>().wrapping_add(page - start.addr()));

@@ -61,12 +61,12 @@ impl Survey {
         let look = |chunk: usize| {
             let each = tiles.of_chunk(chunk).map(|tile| {
                 let range = tiles.range(tile);
-                let ahead = range.end..range.end + range.len();
+                let (next, ahead) = tiles.ahead(tile);
                 prefetch(&state.positions, ahead.clone());
                 prefetch(&state.velocities, ahead.clone());
                 prefetch(&model.masses, ahead.clone());
                 prefetch(&model.gravity.masses, ahead);
-                weave.prefetch(tile + 1);
+                weave.prefetch(next);
                 let mut survey = Self::of_particles(model, state, range);
                 if !with_elastic {
                     survey.stretch_squared = weave.largest_stretch_squared(tile, &state.positions);
