@@ -315,7 +315,12 @@ fn nothing_is_overwritten() {
     }
     write(&folder, "hanging-cloth.rrd", "an older recording");
     muslin_succeeds(&folder, &format!("{run} --force"));
-    assert!(fs::metadata(folder.join("hanging-cloth.rrd")).unwrap().len() > 1000);
+    assert!(
+        fs::metadata(folder.join("hanging-cloth.rrd"))
+            .unwrap()
+            .len()
+            > 1000
+    );
     assert!(!folder.join("hanging-cloth-4.rrd").exists());
 }
 

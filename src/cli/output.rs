@@ -51,7 +51,9 @@ fn save_path(args: &OutputArgs, scene: &str) -> Option<PathBuf> {
     }
     let first = std::iter::once(format!("{scene}.rrd"));
     let names = first.chain((2..).map(|n| format!("{scene}-{n}.rrd")));
-    names.map(PathBuf::from).find(|path| args.force || !path.exists())
+    names
+        .map(PathBuf::from)
+        .find(|path| args.force || !path.exists())
 }
 
 /// Refuses outputs that can't be written or would destroy an input or each other, before anything
