@@ -26,8 +26,8 @@ impl LiveFeed {
 
     /// Sends a message to every viewer.
     pub(crate) fn send(&self, message: &LogMsg) {
-        for sink in self.0.sinks() {
-            sink.send(message.clone());
+        for viewer in &self.0.viewers {
+            viewer.send(message.clone());
         }
     }
 

@@ -75,7 +75,12 @@ impl LiveViewer {
         Ok(live)
     }
 
-    /// A way into the line to the viewer.
+    /// Lines a message up for the viewer, and returns at once.
+    pub(super) fn send(&self, message: LogMsg) {
+        self.queue.push(message);
+    }
+
+    /// A way into the line for those who log.
     pub(super) fn sink(&self) -> LiveSink {
         LiveSink {
             queue: Arc::clone(&self.queue),
