@@ -447,15 +447,17 @@ fn a_step_that_is_resolved_again_misses_nothing() {
                             size * f64::from(wave() > 0.97)
                         };
                 }
-                let resolved = world.impacts.resolve(
-                    Step {
-                        dt: world.dt,
-                        before: &before,
-                        inverse_masses: &world.inverse_masses,
-                    },
-                    &mut world.cloth.positions,
-                    &mut world.velocities,
-                );
+                let asked = Step {
+                    dt: world.dt,
+                    before: &before,
+                    inverse_masses: &world.inverse_masses,
+                };
+                let (ends, velocities) = (&mut world.cloth.positions, &mut world.velocities);
+                if again == 0 && step % 2 == 1 {
+                    world.impacts.part_once(asked, ends, velocities);
+                    continue; // what meets then is for the next time
+                }
+                let resolved = world.impacts.resolve(asked, ends, velocities);
                 assert_eq!(resolved.missed, 0, "{size} {step} {again}: {resolved:?}");
                 let crossed = crossings(&world.cloth, &world.cloth, true);
                 assert_eq!(crossed, 0, "{size} {step} {again}: {resolved:?}");

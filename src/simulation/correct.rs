@@ -51,31 +51,42 @@ impl Simulation {
     ///
     /// Springs are shortened with what impacts have parted kept apart, at first with what they parted in the last
     /// step: layers that are pulled into each other by millimetres are to be found anew. A rope of folds (`twist`)
-    /// takes 0.9 rounds of impacts for 1.7 without.
+    /// takes 0.9 rounds of impacts for 1.7 without. As long as springs are to be shortened afterwards, impacts are
+    /// parted without a look at what then meets. Springs that don't get short enough are tried again with nothing
+    /// kept apart: in the last turn of `twist` 4 of 750 steps ended with 26 to 39 % instead of 20 %.
     fn hold_apart(&mut self) -> (Limited, bool) {
         // Obstacles have gone on since.
         self.holds.retain(Hold::is_between_particles);
+        let mut held = !self.holds.is_empty();
         let (mut limited, mut touched) = self.limit_strain_and_contact(true);
         self.holds.clear();
+        let mut settle = self.model.strain_limit.is_none();
         for _ in 1..MAX_IMPACT_ROUNDS {
-            if !self.resolve_impacts() {
-                return (limited, touched);
-            }
-            touched = true;
+            let met = self.resolve_impacts(settle);
+            touched |= met;
             let Some(limit) = &self.model.strain_limit else {
                 return (limited, touched);
             };
-            if let Some(impacts) = &self.impacts {
-                impacts.holds(&mut self.holds);
-            }
-            if !limit.is_exceeded(&self.state.positions) {
+            if !met && !held {
                 return (limited, touched);
             }
+            let settled = std::mem::replace(&mut settle, true) || !met;
+            if !limit.is_exceeded(&self.state.positions) {
+                if settled {
+                    return (limited, touched);
+                }
+                continue;
+            }
+            match &self.impacts {
+                Some(impacts) if met => impacts.holds(&mut self.holds),
+                _ => self.holds.clear(), // what was kept apart was in the way
+            }
+            held = !self.holds.is_empty();
             let (again, _) = self.limit_strain_and_contact(false);
             limited.passes += again.passes;
             limited.after = again.after;
         }
-        self.resolve_impacts();
+        self.resolve_impacts(true);
         (limited, true)
     }
 

@@ -73,8 +73,9 @@ fn layers(model: &Model) -> Option<Layers> {
 }
 
 impl Simulation {
-    /// Keeps edges and triangles apart on their ways since the step's start; whether anything was moved.
-    pub(super) fn resolve_impacts(&mut self) -> bool {
+    /// Keeps edges and triangles apart on their ways since the step's start, or only [parts](Impacts::part_once) them
+    /// for now; whether anything was moved.
+    pub(super) fn resolve_impacts(&mut self, settle: bool) -> bool {
         self.place_obstacles();
         let Self {
             model,
@@ -99,11 +100,13 @@ impl Simulation {
         let last = *mover;
         let resolved = stats.times.time(Stage::ResolveImpacts, || {
             hand_over(mover, CONTACT, ledger, model, &state.positions);
-            impacts.resolve(
-                step,
-                &mut state.positions[cloth],
-                &mut state.velocities[cloth],
-            )
+            let positions = &mut state.positions[cloth];
+            let velocities = &mut state.velocities[cloth];
+            if settle {
+                impacts.resolve(step, positions, velocities)
+            } else {
+                impacts.part_once(step, positions, velocities)
+            }
         });
         let sums = &mut stats.impacts;
         sums.impacts += resolved.impacts as u64;

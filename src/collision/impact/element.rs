@@ -23,6 +23,13 @@ pub(super) struct Element {
 }
 
 impl Element {
+    /// Whether any of its corners is marked.
+    #[inline]
+    pub(super) fn has_any(&self, marked: &[bool]) -> bool {
+        let [a, b, c] = self.corners.map(|i| marked[i as usize]);
+        a || b || c
+    }
+
     /// The vertices of the edge that begins at a corner.
     #[inline]
     pub(super) fn edge(&self, k: usize) -> [u32; 2] {

@@ -204,12 +204,7 @@ impl Ground {
         if distance >= full || distance == 0.0 {
             return None;
         }
-        // The end of an edge is pushed as a vertex.
-        let at_end = closest.weights.contains(&0.0);
-        if features == Features::EdgeEdge
-            && at_end
-            && vertices.iter().all(|&i| self.faced[i as usize])
-        {
+        if self.is_pushed_as_vertex(features, vertices, closest) {
             return None;
         }
         let normal = closest.between / distance;
@@ -221,6 +216,17 @@ impl Ground {
         let full = self.rest_distance(features, vertices, full);
         let target = distance + share * (full - distance);
         (distance < full && gap < target).then_some(target)
+    }
+
+    /// Whether two features are edges whose closest point is an end, which is pushed as a vertex.
+    pub(super) fn is_pushed_as_vertex(
+        &self,
+        features: Features,
+        vertices: [u32; 4],
+        closest: &Closest,
+    ) -> bool {
+        let at_end = closest.weights.contains(&0.0);
+        features == Features::EdgeEdge && at_end && vertices.iter().all(|&i| self.faced[i as usize])
     }
 
     /// A distance, or that of two features of one cloth at rest if that is less (m).

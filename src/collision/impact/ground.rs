@@ -193,7 +193,7 @@ impl Ground {
 
     /// Whether the way of an element has changed since it was searched.
     pub(super) fn is_stale(&self, element: &Element) -> bool {
-        element.corners.iter().any(|&i| self.stale[i as usize])
+        element.has_any(&self.stale)
     }
 }
 

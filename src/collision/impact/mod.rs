@@ -14,6 +14,7 @@ mod element_boxes;
 mod examine;
 mod features;
 mod ground;
+mod halves;
 mod near;
 mod resolve;
 mod search;

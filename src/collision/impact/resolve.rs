@@ -90,9 +90,34 @@ impl Impacts {
         positions: &mut [DVec3],
         velocities: &mut [DVec3],
     ) -> Resolved {
+        self.rounds(step, positions, velocities, true)
+    }
+
+    /// Does the first round of [`resolve`](Self::resolve) only: moves apart once what meets, and doesn't look whether it
+    /// meets anything now. The same step has to be resolved afterwards.
+    ///
+    /// For what moves the ends again in any case, as strain limiting does: in `twist` contact takes 0.8 of the time.
+    pub fn part_once(
+        &mut self,
+        step: Step<'_>,
+        positions: &mut [DVec3],
+        velocities: &mut [DVec3],
+    ) -> Resolved {
+        self.rounds(step, positions, velocities, false)
+    }
+
+    fn rounds(
+        &mut self,
+        step: Step<'_>,
+        positions: &mut [DVec3],
+        velocities: &mut [DVec3],
+        settle: bool,
+    ) -> Resolved {
         let again = self.begin(step, positions, velocities);
         let mut resolved = Resolved::default();
         let mut found = self.search(!again);
+        self.halves
+            .sort(&mut self.touches, &self.ground.vertices.start);
         resolved.rounds = 1;
         let floors = self.ground.rules.iter().map(|rules| rules.floor);
         let precision = PRECISION * floors.filter(|floor| *floor > 0.0).fold(f64::MAX, f64::min);
@@ -112,10 +137,14 @@ impl Impacts {
             separate(
                 &mut self.touches,
                 &mut self.ground.vertices,
-                &mut self.fresh,
+                &mut self.halves,
                 first,
                 precision,
             );
+            if !settle {
+                found = 0;
+                break;
+            }
             found = self.search(false);
             resolved.rounds += 1;
         }
@@ -126,7 +155,7 @@ impl Impacts {
             positions[..self.particles].copy_from_slice(&vertices.end[..self.particles]);
             velocities[..self.particles].copy_from_slice(&vertices.velocity[..self.particles]);
         }
-        self.end(&resolved);
+        self.end(&resolved, settle);
         resolved
     }
 
@@ -304,7 +333,7 @@ impl Impacts {
     /// Takes from the velocities what the touches and zones take.
     fn slow_down(&mut self, dt: f64, resolved: &mut Resolved) {
         let vertices = &mut self.ground.vertices;
-        let mut slowed = slow(&mut self.touches, vertices, &mut self.fresh);
+        let mut slowed = slow(&mut self.touches, vertices, &mut self.halves);
         self.zones.slow(vertices, dt, &mut slowed);
         resolved.approach = slowed.approach;
         resolved.friction = slowed.friction;
@@ -314,14 +343,16 @@ impl Impacts {
     }
 
     /// Remembers where everything is, and what is known of clearances.
-    fn end(&mut self, resolved: &Resolved) {
+    fn end(&mut self, resolved: &Resolved, settled: bool) {
         let solids = !self.ground.solid.is_empty();
         let elements = self.ground.cloth.iter().zip(&mut self.clear);
         for (element, clear) in elements.filter(|_| solids) {
             *clear -= self.ground.way(element) + self.solid_way;
         }
         let vertices = &mut self.ground.vertices;
-        self.searched.copy_from_slice(&vertices.end);
+        if settled {
+            self.searched.copy_from_slice(&vertices.end);
+        }
         self.fitted = self.solid_way == 0.0;
         self.free = self.fitted && resolved.missed == 0;
         if !self.fitted {

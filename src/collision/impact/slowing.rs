@@ -5,8 +5,10 @@
 //! direction, so none can add to it, however many passes there are (Bridson, Fedkiw and Anderson
 //! 2002; a pass is one of Gauss–Seidel on the dual problem).
 
-use super::touch::{Fresh, Touch, Vertices};
+use super::halves::{Halves, Local, Visit};
+use super::touch::{Touch, Vertices};
 use glam::DVec3;
+use std::ops::Add;
 
 /// Where the kinetic energy of cloth went.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -30,37 +32,51 @@ const NEGLIGIBLE: f64 = 1e-6;
 const UNHEARD: f64 = 1e-6;
 
 /// Takes the approach of touches that were pressed, and what friction takes.
-pub(super) fn slow(touches: &mut Vec<Touch>, vertices: &mut Vertices, fresh: &mut Fresh) -> Slowed {
+pub(super) fn slow(
+    touches: &mut Vec<Touch>,
+    vertices: &mut Vertices,
+    halves: &mut Halves,
+) -> Slowed {
+    halves.retain(touches, |touch| {
+        touch.pressed > 0.0 && touch.compliance > 0.0
+    });
+    halves.take(touches, &vertices.velocity, &vertices.inverse_mass);
     let mut slowed = Slowed::default();
-    touches.retain(|touch| touch.pressed > 0.0 && touch.compliance > 0.0);
     for with_friction in [false, true] {
-        fresh.begin(vertices.velocity.len(), touches.len());
+        halves.again();
         for pass in 0..PASSES[usize::from(with_friction)] {
-            let mut most = 0.0_f64;
-            let count = touches.len();
-            for k in 0..count {
-                let k = if pass % 2 == 0 { k } else { count - 1 - k };
-                let touch = &mut touches[k];
-                if fresh.is_due(k, touch.vertices) {
-                    let change = touch.slow(vertices, with_friction, &mut slowed);
-                    fresh.visited(k, touch.vertices, change > UNHEARD);
-                    most = most.max(change);
-                }
-            }
-            if most <= NEGLIGIBLE {
+            let done = halves.pass(touches, pass % 2 == 1, UNHEARD, |touch, local| {
+                Some(touch.slow(local, with_friction))
+            });
+            slowed = slowed + done.slowed;
+            if done.most <= NEGLIGIBLE {
                 break;
             }
         }
     }
+    halves.give(&mut vertices.velocity);
     slowed
 }
 
+impl Add for Slowed {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self {
+            approach: self.approach + other.approach,
+            friction: self.friction + other.friction,
+            work: self.work + other.work,
+        }
+    }
+}
+
 impl Touch {
-    /// Takes away the approach, j ← max(0, j − vₙ/W), then sliding, with an impulse not longer than μ j. Returns the
-    /// change of velocity (m/s).
-    fn slow(&mut self, vertices: &mut Vertices, with_friction: bool, slowed: &mut Slowed) -> f64 {
+    /// Takes away the approach, j ← max(0, j − vₙ/W), then sliding, with an impulse not longer than μ j. Measures
+    /// the change of velocity (m/s).
+    fn slow(&mut self, velocities: &mut Local<'_>, with_friction: bool) -> Visit {
         let compliance = self.compliance;
-        let velocity = self.difference(&vertices.velocity);
+        let mut slowed = Slowed::default();
+        let velocity = velocities.difference(&self.weights);
         let rate = self.normal.dot(velocity);
         let impulse = (self.impulse - rate / compliance).max(0.0);
         let pushed = impulse - self.impulse;
@@ -78,26 +94,17 @@ impl Touch {
             change += rubbed;
         }
         if change == DVec3::ZERO {
-            return 0.0;
+            return Visit::default();
         }
         if self.fixed {
-            slowed.work -= change.dot(self.driven(vertices));
+            slowed.work -= change.dot(velocities.driven(&self.weights));
         }
-        self.shift(&mut vertices.velocity, &vertices.inverse_mass, change);
-        change.length() * compliance
-    }
-
-    /// The part of the difference of velocities that solids and pinned particles have (m/s).
-    fn driven(&self, vertices: &Vertices) -> DVec3 {
-        let term = |k: usize| {
-            let i = self.vertices[k] as usize;
-            let fixed = vertices.inverse_mass[i] == 0.0;
-            if fixed {
-                vertices.velocity[i] * self.weights[k]
-            } else {
-                DVec3::ZERO
-            }
-        };
-        term(0) + term(1) + term(2) + term(3)
+        velocities.shift(&self.weights, change);
+        let moved = change.length() * compliance;
+        Visit {
+            most: moved,
+            moved,
+            slowed,
+        }
     }
 }

@@ -1,10 +1,11 @@
 //! The impact stage: from a free start and a wished end to a way on which nothing meets.
 
 use super::ground::Ground;
+use super::halves::Halves;
 use super::near::Neighbours;
 use super::search::Found;
 use super::solid::{Layers, Solid};
-use super::touch::{Fresh, Touch};
+use super::touch::Touch;
 use super::zone::Zones;
 use glam::DVec3;
 
@@ -24,8 +25,8 @@ pub struct Impacts {
     pub(super) found: Vec<Found>,
     /// All touches of the step.
     pub(super) touches: Vec<Touch>,
-    /// Which of them have something to do.
-    pub(super) fresh: Fresh,
+    /// Which of them two threads can work on at once.
+    pub(super) halves: Halves,
     pub(super) zones: Zones,
     /// How far each element of cloth is from the floor around all solids at the last step's end (m), at least.
     pub(super) clear: Vec<f64>,
@@ -104,7 +105,7 @@ impl Impacts {
             asked: Vec::with_capacity(elements),
             found: vec![Found::default(); elements.div_ceil(TASK).max(MOST_PARTS)],
             touches: Vec::new(),
-            fresh: Fresh::default(),
+            halves: Halves::new(count),
             zones: Zones::new(count),
             clear: vec![f64::NEG_INFINITY; elements],
             searched: vec![DVec3::NAN; count],

@@ -1,6 +1,6 @@
 //! One place where features met, and how the vertices are moved there.
 
-use super::examine::of;
+use super::halves::{Halves, Local, Visit};
 use glam::DVec3;
 
 /// All vertices: the cloths' particles first, then those of the solids.
@@ -50,26 +50,13 @@ pub(super) struct Touch {
 }
 
 impl Touch {
-    /// Σ wᵢ aᵢ: difference of a quantity between the closest points.
-    pub(super) fn difference(&self, of: &[DVec3]) -> DVec3 {
-        let term = |k: usize| of[self.vertices[k] as usize] * self.weights[k];
-        term(0) + term(1) + term(2) + term(3)
-    }
-
     /// Takes what doesn't change in a step from the vertices.
     pub(super) fn weigh(&mut self, vertices: &Vertices) {
         let inverse_mass = |k: usize| vertices.inverse_mass[self.vertices[k] as usize];
         let term = |k: usize| self.weights[k] * self.weights[k] * inverse_mass(k);
         self.compliance = term(0) + term(1) + term(2) + term(3);
         self.fixed = (0..4).any(|k| inverse_mass(k) == 0.0);
-        self.began = self.difference(&vertices.start);
-    }
-
-    /// aᵢ ← aᵢ + wᵢ p / mᵢ: leaves Σ mᵢ aᵢ of free vertices as it is.
-    pub(super) fn shift(&self, of: &mut [DVec3], inverse_mass: &[f64], p: DVec3) {
-        for (&i, w) in self.vertices.iter().zip(self.weights) {
-            of[i as usize] += p * (w * inverse_mass[i as usize]);
-        }
+        self.began = difference(&vertices.start, self.vertices, &self.weights);
     }
 
     /// The part of a vector along the surfaces.
@@ -78,7 +65,7 @@ impl Touch {
     }
 
     /// Moves the ends of the step's ways so that the target is kept, and less along the surfaces, as friction
-    /// would have it. Returns by how much the target was missed before (m).
+    /// would have it. Returns by how much the target was missed before, and how far the closest points were moved (m).
     ///
     /// With g the gap, W = Σ wᵢ²/mᵢ, p what was done before and s the way slid:
     /// p ← max(0, p − (g − target)/W); h ← h − s/W, not longer than μ p.
@@ -86,20 +73,19 @@ impl Touch {
     /// Repeated over all touches this finds the ends nearest to the wished ones, by mass, that keep all targets
     /// (Gauss–Seidel on the dual problem; Harmon et al. 2008 project velocities in the same way). What only
     /// widens a gap that was too narrow from the start doesn't count for friction.
-    /// Also returns how far the closest points were moved (m).
-    fn separate(&mut self, vertices: &mut Vertices) -> (f64, f64) {
-        let Vertices {
-            end, inverse_mass, ..
-        } = vertices;
+    fn separate(&mut self, ends: &mut Local<'_>) -> Visit {
         let compliance = self.compliance;
         if compliance == 0.0 {
-            return (0.0, 0.0);
+            return Visit::default();
         }
-        let ended = self.difference(end);
+        let ended = ends.difference(&self.weights);
         let missed = self.target - self.normal.dot(ended);
         let pressed = (self.pressed + missed / compliance).max(0.0);
         if pressed == 0.0 && self.pressed == 0.0 && self.held == DVec3::ZERO {
-            return (missed, 0.0); // no friction without pressure
+            return Visit {
+                most: missed,
+                ..Visit::default()
+            }; // no friction without pressure
         }
         let push = self.normal * (pressed - self.pressed);
         self.pressed = pressed;
@@ -109,9 +95,20 @@ impl Touch {
         let held = (self.held - slid / compliance).clamp_length_max(most);
         let moved = push + held - self.held;
         self.held = held;
-        self.shift(end, inverse_mass, moved);
-        (missed, moved.length() * compliance)
+        ends.shift(&self.weights, moved);
+        Visit {
+            most: missed,
+            moved: moved.length() * compliance,
+            ..Visit::default()
+        }
     }
+}
+
+/// Σ wᵢ aᵢ: difference of a quantity between the closest points.
+#[inline]
+pub(super) fn difference(of: &[DVec3], vertices: [u32; 4], weights: &[f64; 4]) -> DVec3 {
+    let term = |k: usize| of[vertices[k] as usize] * weights[k];
+    term(0) + term(1) + term(2) + term(3)
 }
 
 /// Passes over the touches in a round. With 10 a needle at 300 m/s ends in 19 rigid zones, with 30 in
@@ -131,64 +128,19 @@ const UNHEARD: f64 = 0.1;
 pub(super) fn separate(
     touches: &mut [Touch],
     vertices: &mut Vertices,
-    fresh: &mut Fresh,
+    halves: &mut Halves,
     first: bool,
     enough: f64,
 ) {
-    fresh.begin(vertices.end.len(), touches.len());
+    halves.take(touches, &vertices.end, &vertices.inverse_mass);
     for pass in 0..PASSES {
-        let mut worst = 0.0_f64;
-        for (k, touch) in touches.iter_mut().enumerate() {
+        let done = halves.pass(touches, false, UNHEARD * enough, |touch, local| {
             let held = pass < PUSHES[0] || (pass < PUSHES[1] && touch.pressed > 0.0);
-            if (touch.meets || (first && held)) && fresh.is_due(k, touch.vertices) {
-                let (missed, moved) = touch.separate(vertices);
-                worst = worst.max(missed);
-                fresh.visited(k, touch.vertices, moved > UNHEARD * enough);
-            }
-        }
-        if worst <= enough {
+            (touch.meets || (first && held)).then(|| touch.separate(local))
+        });
+        if done.most <= enough {
             break;
         }
     }
-}
-
-/// Which touches have something to do: those of which a vertex was changed since they were visited. In a rope of folds
-/// most need a few of thirty passes.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Fresh {
-    /// When each vertex was changed last, in visits.
-    changed: Vec<u32>,
-    /// When each touch was visited last.
-    seen: Vec<u32>,
-    now: u32,
-}
-
-impl Fresh {
-    /// All touches have something to do.
-    pub(super) fn begin(&mut self, vertices: usize, touches: usize) {
-        self.changed.clear();
-        self.changed.resize(vertices, 1);
-        self.seen.clear();
-        self.seen.resize(touches, 0);
-        self.now = 1;
-    }
-
-    /// Whether a touch has something to do.
-    #[inline]
-    pub(super) fn is_due(&self, touch: usize, vertices: [u32; 4]) -> bool {
-        let [a, b, c, d] = of(&self.changed, vertices);
-        a.max(b).max(c).max(d) > self.seen[touch]
-    }
-
-    /// Notes a visit, and whether it changed the vertices so much that it counts.
-    #[inline]
-    pub(super) fn visited(&mut self, touch: usize, vertices: [u32; 4], counts: bool) {
-        self.now += 1;
-        self.seen[touch] = self.now;
-        if counts {
-            for i in vertices {
-                self.changed[i as usize] = self.now;
-            }
-        }
-    }
+    halves.give(&mut vertices.end);
 }

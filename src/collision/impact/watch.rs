@@ -4,7 +4,7 @@ use super::Features;
 use super::element::{Element, pairs};
 use super::examine::of;
 use super::ground::Ground;
-use super::near::{BLOCK, Near, Part, between, group, round_down};
+use super::near::{BLOCK, Near, Part, group, near_points, round_down};
 use super::search::Found;
 use glam::{DVec3, Mat4, Vec3, Vec4};
 
@@ -91,7 +91,7 @@ impl Watch<'_> {
         }
         let [began, ends] = self.gaps(features, vertices, near.normal);
         let slack = began.min(ends) - self.band;
-        if slack > 0.0 && !(self.first && began < self.reach) {
+        if slack > 0.0 && !(self.first && began < self.reach && near.is_pushed()) {
             near.slack = slack - changed;
             return;
         }
@@ -116,15 +116,14 @@ impl Watch<'_> {
         [gap(0), gap(1)]
     }
 
-    /// Looks whether features that aren't listed meet.
+    /// Looks whether features that aren't listed meet. They aren't pushed: most are listed soon.
     pub(super) fn look_at_drifted(&self, drifted: &[[u32; 2]], found: &mut Found) {
-        let enough = if self.first { self.reach } else { self.band };
         for both in drifted {
             let [one, other] = both.map(|k| &self.ground.cloth[k as usize]);
             if !self.first && !self.ground.is_stale(one) && !self.ground.is_stale(other) {
                 continue;
             }
-            if self.are_apart(one, other, enough) {
+            if self.are_apart(one, other, self.band) {
                 continue;
             }
             pairs(one, other, false, |features, vertices| {
@@ -132,12 +131,14 @@ impl Watch<'_> {
                 let apart = mine.iter().all(|i| !yours.contains(i));
                 if apart
                     && (self.first || self.ground.is_any_stale(vertices))
-                    && !self.boxes_are_apart(features, vertices, enough)
+                    && !self.boxes_are_apart(features, vertices, self.band)
                 {
-                    let examined = self.ground.examine_layers(features, vertices, self.first);
+                    let examined = self.ground.examine_layers(features, vertices, false);
                     let listed =
-                        || between(features, &of(self.places, vertices), self.thickness).is_some();
-                    found.touches.extend(examined.touch.filter(|_| !listed()));
+                        || near_points(features, &of(self.places, vertices), self.thickness);
+                    found
+                        .touches
+                        .extend(examined.touch.filter(|_| listed().is_none()));
                 }
             });
         }

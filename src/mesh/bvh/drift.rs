@@ -25,11 +25,14 @@ struct Subtree {
     child: Child,
     place: Bounds,
     moves: [Bounds; 2],
+    /// Whether the last refit of the moves at the end changed anything of it.
+    changed: bool,
 }
 
 impl Drift<'_> {
     /// Calls `found` once with every two items that don't keep together and whose boxes overlap on their way, the
-    /// lower number first, of which one is in a part of the hierarchy and the other in this or a later one.
+    /// lower number first, of which one is in a part of the hierarchy and the other in this or a later one. At least
+    /// one of them has changed its move at the end in the [last refit](Bvh::refit_changed).
     pub fn pairs(&self, part: usize, mut found: impl FnMut(u32, u32)) {
         let mut ordered = |a: u32, b: u32| found(a.min(b), a.max(b));
         let parts = &self.places.parts;
@@ -48,7 +51,13 @@ impl Drift<'_> {
             child: self.places.nodes[node].children[lane],
             place: boxes(self.places),
             moves: self.moves.map(boxes),
+            changed: self.changed(node) >> lane & 1 != 0,
         }
+    }
+
+    /// The bits of a node's children that have changed.
+    fn changed(&self, node: usize) -> u32 {
+        self.moves[1].nodes[node].changed
     }
 
     /// The pairs within a subtree.
@@ -61,7 +70,7 @@ impl Drift<'_> {
             let [x, y, z] = [0, 1, 2].map(extent);
             x * x + y * y + z * z <= self.most * self.most
         };
-        if all.moves.iter().all(together) {
+        if !all.changed || all.moves.iter().all(together) {
             return;
         }
         for lane in (0..WIDE).filter(|&lane| self.places.nodes[node].children[lane] != Child::NONE)
@@ -94,6 +103,14 @@ impl Drift<'_> {
     /// The children of a node that don't keep together with a subtree, and whose boxes overlap its own on their way:
     /// that aren't beyond it on the same side at both ends.
     fn near(&self, one: &Subtree, node: usize) -> Lanes {
+        let asked = if one.changed {
+            u32::MAX
+        } else {
+            self.changed(node)
+        };
+        if asked == 0 {
+            return Lanes(0);
+        }
         let places = &self.places.nodes[node].boxes;
         let (mut apart, mut moved) = (BVec4A::FALSE, BVec4A::FALSE);
         let moves = self.moves.map(|tree| &tree.nodes[node].boxes);
@@ -110,7 +127,7 @@ impl Drift<'_> {
         for (mine, yours) in one.moves.iter().zip(moves) {
             moved |= difference_squared(mine, yours).cmpgt(Vec4::splat(self.most * self.most));
         }
-        Lanes((moved & !apart).bitmask())
+        Lanes((moved & !apart).bitmask() & asked)
     }
 }
 

@@ -175,12 +175,15 @@ impl FourBoxes {
 pub(super) struct Node {
     pub(super) boxes: FourBoxes,
     pub(super) children: [Child; WIDE],
+    /// The bits of those in which the last refit changed anything.
+    pub(super) changed: u32,
 }
 
 impl Node {
     pub(super) const EMPTY: Self = Self {
         boxes: FourBoxes::EMPTY,
         children: [Child::NONE; WIDE],
+        changed: 0,
     };
 }
 

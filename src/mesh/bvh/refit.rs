@@ -13,6 +13,12 @@ impl Bvh {
     /// The tree keeps its shape: answers stay right however the items move, and get slower when
     /// neighbours part.
     pub fn refit_with(&mut self, bounds: impl Fn(u32) -> Aabb + Sync) {
+        self.refit_changed(|item| Some(Bounds::around(&bounds(item))));
+    }
+
+    /// Takes over new boxes of the items that have changed, as [`refit_with`](Self::refit_with) does of all. The tree
+    /// remembers until the next time which ones these are.
+    pub fn refit_changed(&mut self, bounds: impl Fn(u32) -> Option<Bounds> + Sync) {
         if self.nodes.len() < WORTH_SHARING {
             refit(&mut self.nodes, 0, &bounds);
             return;
@@ -30,7 +36,7 @@ fn refit_parts(
     nodes: &mut [Node],
     first: usize,
     parts: &[Part],
-    bounds: &(impl Fn(u32) -> Aabb + Sync),
+    bounds: &(impl Fn(u32) -> Option<Bounds> + Sync),
 ) {
     if let [Part { below, .. }] = parts {
         let own = &mut nodes[below.start - first..below.end - first];
@@ -47,22 +53,30 @@ fn refit_parts(
 }
 
 /// Refits nodes whose children are among them, from the last to the first.
-fn refit(nodes: &mut [Node], first: usize, bounds: &impl Fn(u32) -> Aabb) {
+fn refit(nodes: &mut [Node], first: usize, bounds: &impl Fn(u32) -> Option<Bounds>) {
     for k in (0..nodes.len()).rev() {
         refit_first(&mut nodes[k..], first + k, bounds);
     }
 }
 
 /// Refits the first of some nodes, which has number `first`.
-fn refit_first(nodes: &mut [Node], first: usize, bounds: &impl Fn(u32) -> Aabb) {
+fn refit_first(nodes: &mut [Node], first: usize, bounds: &impl Fn(u32) -> Option<Bounds>) {
+    let mut changed = 0;
     for lane in 0..WIDE {
         let child = nodes[0].children[lane];
         if child != Child::NONE {
             let fitted = match child.known() {
-                Ok(item) => Bounds::around(&bounds(item)),
-                Err(node) => nodes[node - first].boxes.around(),
+                Ok(item) => bounds(item),
+                Err(node) => {
+                    let below = &nodes[node - first];
+                    (below.changed != 0).then(|| below.boxes.around())
+                }
             };
-            nodes[0].boxes.set(lane, &fitted);
+            if let Some(fitted) = fitted {
+                nodes[0].boxes.set(lane, &fitted);
+                changed |= 1 << lane;
+            }
         }
     }
+    nodes[0].changed = changed;
 }

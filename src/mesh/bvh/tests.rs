@@ -1,7 +1,7 @@
 //! Against all boxes one by one.
 
 use super::build::HALVED_FROM;
-use super::{Bvh, DEEPEST, Drift};
+use super::{Bounds, Bvh, DEEPEST, Drift};
 use crate::mesh::Aabb;
 use glam::{DVec3, dvec3};
 
@@ -219,24 +219,16 @@ fn what_drifts_is_found_and_what_moves_together_is_not() {
     let places = Bvh::new(&boxes);
     for speed in [0.0, 0.01, 0.05, 0.5] {
         // A common motion over three times the boxes' extent, and some of each item's own.
-        let moves: Vec<[DVec3; 2]> = (0..count)
+        let mut moves: Vec<[DVec3; 2]> = (0..count)
             .map(|_| [0.0, 3.0].map(|far| DVec3::splat(far) + speed * (random.point() - 0.5)))
             .collect();
-        let trees = [0, 1].map(|time| {
+        let mut trees = [0, 1].map(|time| {
             let mut tree = places.clone();
             let moves: Vec<Aabb> = moves.iter().map(|m| Aabb::around([m[time]])).collect();
             tree.refit(&moves);
             tree
         });
-        let drift = Drift {
-            places: &places,
-            moves: [&trees[0], &trees[1]],
-            most: 0.02,
-        };
-        let mut found = Vec::new();
-        for part in 0..places.parts() {
-            drift.pairs(part, |a, b| found.push((a, b)));
-        }
+        let found = drifted(&places, &trees);
         let expected = drifting(&boxes, &moves, most, -1e-5);
         println!("speed {speed}: {} of {} pairs", found.len(), expected.len());
         assert!((speed > 0.02) != expected.is_empty());
@@ -245,7 +237,38 @@ fn what_drifts_is_found_and_what_moves_together_is_not() {
             let apart = |time: usize| (at(a, time) - at(b, time)).length();
             a < b && apart(0).max(apart(1)) > most - 1e-5
         });
+        // A few end elsewhere: pairs with one of them are found, and no others.
+        let changed = |i: u32| i % 50 == 7;
+        for i in (0..400).filter(|&i| changed(i)) {
+            moves[i as usize][1] += 0.1 * (random.point() - 0.5);
+        }
+        trees[1].refit_changed(|i| {
+            changed(i).then(|| Bounds::around(&Aabb::around([moves[i as usize][1]])))
+        });
+        let found = drifted(&places, &trees);
+        let expected = drifting(&boxes, &moves, most, -1e-5);
+        let expected = expected
+            .into_iter()
+            .filter(|&(a, b)| changed(a) || changed(b));
+        assert!(!found.is_empty());
+        check_found("changed", found, expected, |(a, b)| {
+            let apart = |time: usize| (moves[a as usize][time] - moves[b as usize][time]).length();
+            (changed(a) || changed(b)) && a < b && apart(0).max(apart(1)) > most - 1e-5
+        });
     }
+}
+
+fn drifted(places: &Bvh, moves: &[Bvh; 2]) -> Vec<(u32, u32)> {
+    let drift = Drift {
+        places,
+        moves: [&moves[0], &moves[1]],
+        most: 0.02,
+    };
+    let mut found = Vec::new();
+    for part in 0..places.parts() {
+        drift.pairs(part, |a, b| found.push((a, b)));
+    }
+    found
 }
 
 #[test]
