@@ -213,6 +213,7 @@ impl Neighbours {
         let (ground, places) = (&*ground, &self.places);
         self.parts
             .par_iter_mut()
+            .with_max_len(1)
             .enumerate()
             .for_each(|(number, part)| {
                 part.near.clear();
@@ -267,6 +268,7 @@ impl Neighbours {
         let is_known = |element: u32| !ground.cloth[element as usize].has_any(refitted);
         self.parts
             .par_iter_mut()
+            .with_max_len(1)
             .enumerate()
             .for_each(|(number, part)| {
                 part.drifted
@@ -342,7 +344,7 @@ impl Neighbours {
         if !first {
             watch.group_changed();
         }
-        let tasks = parts.par_iter_mut().zip(found);
+        let tasks = parts.par_iter_mut().zip(found).with_max_len(1);
         tasks.for_each(|(part, found)| {
             found.touches.clear();
             if first {

@@ -132,13 +132,11 @@ impl Watch<'_> {
                 if apart
                     && (self.first || self.ground.is_any_stale(vertices))
                     && !self.boxes_are_apart(features, vertices, self.band)
+                    && !self.are_parted(features, vertices, self.band)
+                    && near_points(features, &of(self.places, vertices), self.thickness).is_none()
                 {
                     let examined = self.ground.examine_layers(features, vertices, false);
-                    let listed =
-                        || near_points(features, &of(self.places, vertices), self.thickness);
-                    found
-                        .touches
-                        .extend(examined.touch.filter(|_| listed().is_none()));
+                    found.touches.extend(examined.touch);
                 }
             });
         }
@@ -160,6 +158,22 @@ impl Watch<'_> {
             mine.0 - yours.1 > gap || yours.0 - mine.1 > gap
         };
         apart(one) || apart(other)
+    }
+
+    /// Whether two features keep a gap (m) along the line between their middles, or across both.
+    #[inline]
+    fn are_parted(&self, features: Features, vertices: [u32; 4], gap: f32) -> bool {
+        let keep = |direction: Vec3| {
+            let [began, ends] = self.gaps(features, vertices, direction);
+            began.min(ends) > gap
+        };
+        let [a, b, c, d] = of(self.ways, vertices).map(|[start, end]| (start + end).truncate());
+        let (between, across) = match features {
+            Features::VertexFace => (a * 3.0 - b - c - d, (c - b).cross(d - b)),
+            Features::EdgeEdge => (a + b - c - d, (b - a).cross(d - c)),
+        };
+        keep(between.normalize_or_zero())
+            || keep(across.normalize_or_zero() * between.dot(across).signum())
     }
 
     /// Whether the boxes of two features keep a gap (m) along an axis, on the same side at both ends of their ways.
