@@ -16,6 +16,7 @@ mod features;
 mod ground;
 mod halves;
 mod near;
+mod prism;
 mod resolve;
 mod search;
 mod slowing;

@@ -7,6 +7,7 @@
 
 use super::examine::{BAND, gap_along, of};
 use super::ground::Ground;
+use super::prism::Prism;
 use super::search::Found;
 use super::solid::LAYER_FLOOR;
 use super::touch::Vertices;
@@ -33,6 +34,9 @@ const OLDEST: u32 = 16;
 
 /// Listed pairs that are passed over together in later rounds.
 pub(super) const BLOCK: usize = 32;
+
+/// Elements that a task fits at least: much longer than waking a thread.
+const FEW: usize = 1024;
 
 /// Edge–edge pairs have this bit in their first vertex.
 const EDGES: u32 = 1 << 31;
@@ -123,6 +127,8 @@ pub(super) struct Neighbours {
     refitted: Vec<bool>,
     /// Starts and ends of the ways in single precision, from [`origin`](Self::origin) on (m).
     ways: Vec<[Vec4; 2]>,
+    /// What each element sweeps.
+    prisms: Vec<Prism>,
     origin: DVec3,
     /// Rounding of a gap between them (m).
     rounding: f32,
@@ -143,6 +149,7 @@ impl Neighbours {
             fitted_ends: vec![DVec3::NAN; particles],
             refitted: vec![true; particles],
             ways: vec![[Vec4::ZERO; 2]; particles],
+            prisms: Vec::new(),
             origin: DVec3::ZERO,
             rounding: 0.0,
         }
@@ -305,6 +312,18 @@ impl Neighbours {
         self.rounding = 16.0 * f32::EPSILON * largest;
     }
 
+    /// Fits what the elements sweep to the ways, or to those that have changed.
+    fn sweep(&mut self, ground: &Ground, first: bool) {
+        let Self { prisms, ways, .. } = self;
+        prisms.resize(ground.cloth.len(), Prism::NONE);
+        let each = prisms.par_iter_mut().zip(&ground.cloth);
+        each.with_min_len(FEW).for_each(|(prism, element)| {
+            if first || ground.is_stale(element) {
+                *prism = Prism::of(element, ways);
+            }
+        });
+    }
+
     /// Number of tasks.
     pub(super) fn parts(&self) -> usize {
         self.parts.len()
@@ -319,11 +338,13 @@ impl Neighbours {
         found: &mut [Found],
     ) {
         self.round(&ground.vertices);
+        self.sweep(ground, first);
         let Self {
             parts,
             places,
             changes,
             ways,
+            prisms,
             rounding,
             ..
         } = self;
@@ -333,6 +354,7 @@ impl Neighbours {
             places,
             changes,
             ways,
+            prisms,
             band: round_up(band) + *rounding,
             reach: round_up(thickness) + *rounding,
             thickness,

@@ -1,10 +1,11 @@
 //! Looking at what is near or has drifted: most pairs are told apart by the direction that parted them last.
 
 use super::Features;
-use super::element::{Element, pairs};
+use super::element::pairs;
 use super::examine::of;
 use super::ground::Ground;
 use super::near::{BLOCK, Near, Part, group, near_points, round_down};
+use super::prism::Prism;
 use super::search::Found;
 use glam::{DVec3, Mat4, Vec3, Vec4};
 
@@ -15,6 +16,7 @@ pub(super) struct Watch<'a> {
     pub(super) places: &'a [DVec3],
     pub(super) changes: &'a [f32],
     pub(super) ways: &'a [[Vec4; 2]],
+    pub(super) prisms: &'a [Prism],
     /// Gaps that are looked at closely: on the way, and at first at its beginning (m).
     pub(super) band: f32,
     pub(super) reach: f32,
@@ -123,7 +125,8 @@ impl Watch<'_> {
             if !self.first && !self.ground.is_stale(one) && !self.ground.is_stale(other) {
                 continue;
             }
-            if self.are_apart(one, other, self.band) {
+            let [prism, other_prism] = both.map(|k| &self.prisms[k as usize]);
+            if prism.are_apart(other_prism, self.band) {
                 continue;
             }
             pairs(one, other, false, |features, vertices| {
@@ -140,24 +143,6 @@ impl Watch<'_> {
                 }
             });
         }
-    }
-
-    /// Whether two elements keep a gap (m) along the normal of one of them, at the start and at the end of their ways.
-    fn are_apart(&self, one: &Element, other: &Element, gap: f32) -> bool {
-        let corners = |element: &Element| {
-            let [a, b, c] = element.corners;
-            let way = |i: u32| &self.ways[i as usize];
-            [way(a), way(b), way(c), way(c)]
-        };
-        let [one, other] = [corners(one), corners(other)];
-        let apart = |[a, b, c, _]: [&[Vec4; 2]; 4]| {
-            let a0 = a[0].truncate();
-            let normal = (b[0].truncate() - a0).cross(c[0].truncate() - a0);
-            let normal = normal.normalize_or_zero();
-            let (mine, yours) = (range(one, normal), range(other, normal));
-            mine.0 - yours.1 > gap || yours.0 - mine.1 > gap
-        };
-        apart(one) || apart(other)
     }
 
     /// Whether two features keep a gap (m) along the line between their middles, or across both.
@@ -192,14 +177,6 @@ impl Watch<'_> {
         let least = start.0.min(end.0).max(start.1.min(end.1));
         least.max_element() > gap
     }
-}
-
-/// Least and largest height of points on their ways along a direction (m).
-#[inline]
-fn range([a, b, c, d]: [&[Vec4; 2]; 4], direction: Vec3) -> (f32, f32) {
-    let start = heights([a[0], b[0], c[0], d[0]], direction);
-    let end = heights([a[1], b[1], c[1], d[1]], direction);
-    (start.min(end).min_element(), start.max(end).max_element())
 }
 
 /// Heights of four points along a direction.
