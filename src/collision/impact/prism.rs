@@ -11,6 +11,8 @@ use glam::{Mat4, Vec3, Vec4};
 pub(super) struct Prism {
     /// x, y and z of the corners, at the start and at the end (m); the last corner twice.
     corners: [[Vec4; 3]; 2],
+    /// Least and largest corner of its box, at the start and at the end (m).
+    boxes: [[Vec4; 2]; 2],
     /// Unit normal at the start; 0 without area.
     normal: Vec3,
     /// Least and largest height along it (m).
@@ -20,6 +22,7 @@ pub(super) struct Prism {
 impl Prism {
     pub(super) const NONE: Self = Self {
         corners: [[Vec4::ZERO; 3]; 2],
+        boxes: [[Vec4::ZERO; 2]; 2],
         normal: Vec3::ZERO,
         slab: [0.0; 2],
     };
@@ -31,9 +34,14 @@ impl Prism {
             let all = Mat4::from_cols(a[time], b[time], c[time], c[time]).transpose();
             [all.x_axis, all.y_axis, all.z_axis]
         });
+        let boxes = [0, 1].map(|time| {
+            let [a, b, c] = [a[time], b[time], c[time]];
+            [a.min(b).min(c), a.max(b).max(c)]
+        });
         let [a, b, c] = [a, b, c].map(|way| way[0].truncate());
         let mut prism = Self {
             corners,
+            boxes,
             normal: (b - a).cross(c - a).normalize_or_zero(),
             slab: [0.0; 2],
         };
@@ -41,14 +49,29 @@ impl Prism {
         prism
     }
 
-    /// Whether two elements keep a gap (m) along the normal of one of them.
+    /// Whether two elements keep a gap (m) along an axis, the normal of one of them or the line between them, on the
+    /// same side at the start and at the end.
     #[inline]
     pub(super) fn are_apart(&self, other: &Self, gap: f32) -> bool {
-        let along = |one: &Self, other: &Self| {
+        let ([a0, a1], [b0, b1]) = (self.boxes, other.boxes);
+        let (above, below) = (
+            (a0[0] - b0[1]).min(a1[0] - b1[1]),
+            (b0[0] - a0[1]).min(b1[0] - a1[1]),
+        );
+        if above.max(below).max_element() > gap {
+            return true;
+        }
+        let slabs = |one: &Self, other: &Self| {
             let ([low, high], [other_low, other_high]) = (one.slab, other.range(one.normal));
             low - other_high > gap || other_low - high > gap
         };
-        along(self, other) || along(other, self)
+        if slabs(self, other) || slabs(other, self) {
+            return true;
+        }
+        let middle = |[low, high]: [Vec4; 2]| low + high;
+        let between = middle(a0) + middle(a1) - middle(b0) - middle(b1);
+        let between = between.truncate().normalize_or_zero();
+        self.range(between)[0] - other.range(between)[1] > gap
     }
 
     /// Least and largest height of the corners along a direction (m).
