@@ -9,8 +9,6 @@ use super::prism::Prism;
 use super::search::Found;
 use glam::{DVec3, Mat4, Vec3, Vec4};
 
-const PUSH: f32 = 0.11;
-
 /// What is needed to look at near features.
 pub(super) struct Watch<'a> {
     pub(super) ground: &'a Ground,
@@ -95,8 +93,7 @@ impl Watch<'_> {
         }
         let [began, ends] = self.gaps(features, vertices, near.normal);
         let slack = began.min(ends) - self.band;
-        let wanted = began + PUSH * (self.reach - began);
-        if slack > 0.0 && !(self.first && began < self.reach && ends < wanted && near.is_pushed()) {
+        if slack > 0.0 && !(self.first && began < self.reach && near.is_pushed()) {
             near.slack = slack - changed;
             return;
         }
