@@ -22,6 +22,9 @@ use rayon::prelude::*;
 /// 1.25 more drifts than a shorter list saves.
 const NEAR: f64 = 1.35;
 
+/// Distance at which features may meet, in thicknesses.
+const NEEDED: f64 = (1.0 + BAND) * LAYER_FLOOR;
+
 /// Change of the ends of ways within a step, in thicknesses, up to which what has drifted isn't looked for again.
 const ROOM: f64 = 0.1;
 
@@ -107,7 +110,9 @@ pub(super) struct Neighbours {
     parts: Vec<Part>,
     /// Positions for which the list was made (m).
     places: Vec<DVec3>,
-    /// How far each element has moved since, at the start and at the end of its way.
+    /// Where each element is at the start and at the end of its way, with half of what two of them need and what isn't
+    /// looked for again, and how far it has moved until then.
+    at: [Bvh; 2],
     moves: [Bvh; 2],
     /// Steps since.
     age: u32,
@@ -119,8 +124,8 @@ pub(super) struct Neighbours {
     first_ends: Vec<DVec3>,
     /// How far each end is from there (m).
     changes: Vec<f32>,
-    /// How far each particle has moved since, as it was fitted last: at the start and at the end of its way.
-    moved: [Vec<Bounds>; 2],
+    /// The same of each particle, as it was fitted last: where it is, and how far it has moved.
+    fitted: [Vec<[Bounds; 2]>; 2],
     /// Ends of the ways then (m).
     fitted_ends: Vec<DVec3>,
     /// Particles that are to be fitted anew, or were the last time.
@@ -139,13 +144,14 @@ impl Neighbours {
         Self {
             parts: Vec::new(),
             places: vec![DVec3::NAN; particles],
-            moves: [Bvh::new(&[]), Bvh::new(&[])],
+            at: [0, 1].map(|_| Bvh::new(&[])),
+            moves: [0, 1].map(|_| Bvh::new(&[])),
             age: OLDEST,
             usual: 0,
             extra: 0,
             first_ends: vec![DVec3::NAN; particles],
             changes: vec![0.0; particles],
-            moved: [0, 1].map(|_| vec![Bounds::EMPTY; particles]),
+            fitted: [0, 1].map(|_| vec![[Bounds::EMPTY; 2]; particles]),
             fitted_ends: vec![DVec3::NAN; particles],
             refitted: vec![true; particles],
             ways: vec![[Vec4::ZERO; 2]; particles],
@@ -166,8 +172,8 @@ impl Neighbours {
                 .copy_from_slice(&ground.vertices.end[..self.changes.len()]);
             self.changes.fill(0.0);
             self.refitted.fill(true);
-            self.fit(ground, 0);
-            self.fit(ground, 1);
+            self.fit(ground, thickness, 0);
+            self.fit(ground, thickness, 1);
             self.look_for_drifted(ground, thickness);
             self.weigh_drift();
         } else {
@@ -181,7 +187,7 @@ impl Neighbours {
                 *refitted = end.distance_squared(*fitted) > square;
             }
             if self.refitted.contains(&true) {
-                self.fit(ground, 1);
+                self.fit(ground, thickness, 1);
                 self.look_for_drifted(ground, thickness);
             }
         }
@@ -213,7 +219,8 @@ impl Neighbours {
         self.origin = self.places.first().copied().unwrap_or_default();
         ground.fit_cloth(&self.places, 0.5 * NEAR * thickness);
         if self.moves[0].len() != ground.cloth.len() {
-            self.moves = [0, 1].map(|_| ground.cloth_tree.clone());
+            self.at = [0, 1].map(|_| ground.cloth_tree.clone());
+            self.moves = self.at.clone();
         }
         self.parts
             .resize(ground.cloth_tree.parts(), Part::default());
@@ -243,33 +250,39 @@ impl Neighbours {
             });
     }
 
-    /// Fits a hierarchy of moves to the particles that are to be fitted anew.
-    fn fit(&mut self, ground: &Ground, time: usize) {
+    /// Fits the hierarchies of one end of the ways to the particles that are to be fitted anew.
+    fn fit(&mut self, ground: &Ground, thickness: f64, time: usize) {
+        let margin = (0.5 * NEEDED + ROOM) * thickness;
         let Vertices { start, end, .. } = &ground.vertices;
         let ways = [start, end][time].iter().zip(&self.places);
         let refitted = &self.refitted;
         for (i, (now, place)) in ways.enumerate().filter(|(i, _)| refitted[*i]) {
-            self.moved[time][i] = Bounds::around(&Aabb::around([*now - *place]));
+            self.fitted[time][i] = [
+                Bounds::around(&Aabb::around([*now]).grown(margin)),
+                Bounds::around(&Aabb::around([*now - *place])),
+            ];
             if time == 1 {
                 self.fitted_ends[i] = *now;
             }
         }
-        let moved = &self.moved[time];
-        self.moves[time].refit_changed(|item| {
-            let element = &ground.cloth[item as usize];
-            let [a, b, c] = element.corners.map(|i| &moved[i as usize]);
-            element.has_any(refitted).then(|| a.union(b).union(c))
-        });
+        let fitted = &self.fitted[time];
+        let trees = [&mut self.at[time], &mut self.moves[time]];
+        for (which, tree) in trees.into_iter().enumerate() {
+            tree.refit_changed(|item| {
+                let element = &ground.cloth[item as usize];
+                let [a, b, c] = element.corners.map(|i| &fitted[i as usize][which]);
+                element.has_any(refitted).then(|| a.union(b).union(c))
+            });
+        }
     }
 
     /// Looks for elements that have moved so far against each other that what isn't listed may meet, among those that
     /// have been fitted anew.
     fn look_for_drifted(&mut self, ground: &Ground, thickness: f64) {
-        let needed = (1.0 + BAND) * LAYER_FLOOR;
         let drift = Drift {
-            places: &ground.cloth_tree,
-            moves: [&self.moves[0], &self.moves[1]],
-            most: round_down((NEAR - needed - 2.0 * ROOM) * thickness),
+            at: self.at.each_ref(),
+            moves: self.moves.each_ref(),
+            most: round_down((NEAR - NEEDED - 2.0 * ROOM) * thickness),
         };
         let refitted = &self.refitted;
         let is_known = |element: u32| !ground.cloth[element as usize].has_any(refitted);
@@ -348,7 +361,7 @@ impl Neighbours {
             rounding,
             ..
         } = self;
-        let band = (1.0 + BAND) * LAYER_FLOOR * thickness;
+        let band = NEEDED * thickness;
         let mut watch = Watch {
             ground,
             places,

@@ -7,35 +7,34 @@ use super::node::{Bounds, Child, FourBoxes, Lanes};
 use super::{Bvh, WIDE};
 use glam::{BVec4A, Vec4};
 
-/// A hierarchy of boxes as they were, and two of the same shape with boxes around how far what is in each has moved
-/// since: at the beginning and at the end of a way in straight lines.
+/// Four hierarchies of the same shape, of items on a way in straight lines: where they are at its beginning and at its
+/// end, and how far they have moved until then.
 #[derive(Clone, Copy, Debug)]
 pub struct Drift<'a> {
-    /// Where everything was.
-    pub places: &'a Bvh,
+    /// Boxes of the items at the beginning and at the end of their way, grown by half of what is looked for (m).
+    pub at: [&'a Bvh; 2],
     /// How far each item has moved at the beginning of its way, and at its end (m).
     pub moves: [&'a Bvh; 2],
-    /// What may differ between the moves of two items that keep together (m). The boxes of two items that are as
-    /// close as is looked for overlap by as much.
+    /// What may differ between the moves of two items that keep together (m).
     pub most: f32,
 }
 
 /// An item, or a node and all below it.
 struct Subtree {
     child: Child,
-    place: Bounds,
+    at: [Bounds; 2],
     moves: [Bounds; 2],
     /// Whether the last refit of the moves at the end changed anything of it.
     changed: bool,
 }
 
-impl Drift<'_> {
+impl<'a> Drift<'a> {
     /// Calls `found` once with every two items that don't keep together and whose boxes overlap on their way, the
     /// lower number first, of which one is in a part of the hierarchy and the other in this or a later one. At least
     /// one of them has changed its move at the end in the [last refit](Bvh::refit_changed).
     pub fn pairs(&self, part: usize, mut found: impl FnMut(u32, u32)) {
         let mut ordered = |a: u32, b: u32| found(a.min(b), a.max(b));
-        let parts = &self.places.parts;
+        let parts = &self.moves[0].parts;
         let mine = self.child(parts[part].node, parts[part].lane);
         self.within(&mine, &mut ordered);
         for later in &parts[part + 1..] {
@@ -48,11 +47,15 @@ impl Drift<'_> {
     fn child(&self, node: usize, lane: usize) -> Subtree {
         let boxes = |tree: &Bvh| tree.nodes[node].boxes.get(lane);
         Subtree {
-            child: self.places.nodes[node].children[lane],
-            place: boxes(self.places),
+            child: self.children(node)[lane],
+            at: self.at.map(boxes),
             moves: self.moves.map(boxes),
             changed: self.changed(node) >> lane & 1 != 0,
         }
+    }
+
+    fn children(&self, node: usize) -> &[Child; WIDE] {
+        &self.moves[0].nodes[node].children
     }
 
     /// The bits of a node's children that have changed.
@@ -73,8 +76,7 @@ impl Drift<'_> {
         if !all.changed || all.moves.iter().all(together) {
             return;
         }
-        for lane in (0..WIDE).filter(|&lane| self.places.nodes[node].children[lane] != Child::NONE)
-        {
+        for lane in (0..WIDE).filter(|&lane| self.children(node)[lane] != Child::NONE) {
             let one = self.child(node, lane);
             self.within(&one, found);
             for other in self.near(&one, node).filter(|&other| other > lane) {
@@ -111,20 +113,17 @@ impl Drift<'_> {
         if asked == 0 {
             return Lanes(0);
         }
-        let places = &self.places.nodes[node].boxes;
+        let boxes = |trees: [&'a Bvh; 2]| trees.map(|tree| &tree.nodes[node].boxes);
         let (mut apart, mut moved) = (BVec4A::FALSE, BVec4A::FALSE);
-        let moves = self.moves.map(|tree| &tree.nodes[node].boxes);
         for axis in 0..3 {
             let (mut below, mut above) = (BVec4A::TRUE, BVec4A::TRUE);
-            for (mine, yours) in one.moves.iter().zip(moves) {
-                let low = one.place.min[axis] + mine.min[axis] + self.most;
-                let high = one.place.max[axis] + mine.max[axis] - self.most;
-                below &= (places.max[axis] + yours.max[axis]).cmplt(Vec4::splat(low));
-                above &= (places.min[axis] + yours.min[axis]).cmpgt(Vec4::splat(high));
+            for (mine, yours) in one.at.iter().zip(boxes(self.at)) {
+                below &= yours.max[axis].cmplt(Vec4::splat(mine.min[axis]));
+                above &= yours.min[axis].cmpgt(Vec4::splat(mine.max[axis]));
             }
             apart |= below | above;
         }
-        for (mine, yours) in one.moves.iter().zip(moves) {
+        for (mine, yours) in one.moves.iter().zip(boxes(self.moves)) {
             moved |= difference_squared(mine, yours).cmpgt(Vec4::splat(self.most * self.most));
         }
         Lanes((moved & !apart).bitmask() & asked)
