@@ -30,6 +30,13 @@ impl Element {
         a || b || c
     }
 
+    /// Whether it has a corner in common with another.
+    #[inline]
+    pub(super) fn adjoins(&self, other: &Self) -> bool {
+        let [a, b, c] = self.corners;
+        other.corners.iter().any(|&i| i == a || i == b || i == c)
+    }
+
     /// The vertices of the edge that begins at a corner.
     #[inline]
     pub(super) fn edge(&self, k: usize) -> [u32; 2] {

@@ -125,8 +125,9 @@ impl Watch<'_> {
             if !self.first && !self.ground.is_stale(one) && !self.ground.is_stale(other) {
                 continue;
             }
-            let [prism, other_prism] = both.map(|k| &self.prisms[k as usize]);
-            if prism.are_apart(other_prism, self.band) {
+            let prisms = || both.map(|k| &self.prisms[k as usize]);
+            let apart = |[prism, other]: [&Prism; 2]| prism.are_apart(other, self.band);
+            if !one.adjoins(other) && apart(prisms()) {
                 continue;
             }
             pairs(one, other, false, |features, vertices| {
