@@ -122,8 +122,25 @@ fn contact_goes_on_as_if_never_stopped() {
                 "cloth.0.shape.sheet.cells=[30, 30]",
                 "strain_limit.max=0.05",
             ][..],
+            [90, 120],
+            130,
+        ),
+        (
+            "twist",
+            &[
+                "cloth.0.shape.sheet.cells=[30, 30]",
+                "strain_limit.max=0.05",
+                "solver.dt=0.004",
+            ],
             [40, 375],
             400,
+        ),
+        // Torn apart, with what is missed and with rigid zones.
+        (
+            "twist",
+            &["cloth.0.shape.sheet.cells=[30, 30]", "strain_limit="],
+            [90, 110],
+            120,
         ),
         ("stack", &[], [30, 120], 150),
         ("table-cloth", &[], [60, 110], 130),

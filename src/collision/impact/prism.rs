@@ -82,3 +82,56 @@ impl Prism {
         [start.min(end).min_element(), start.max(end).max_element()]
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::element::elements;
+    use super::*;
+    use proptest::prelude::*;
+
+    fn point(far: f32) -> impl Strategy<Value = Vec4> {
+        [-far..far, -far..far, -far..far].prop_map(|[x, y, z]| Vec4::new(x, y, z, 0.0))
+    }
+
+    /// Points of a triangle.
+    fn points([a, b, c]: [Vec4; 3]) -> impl Iterator<Item = Vec4> {
+        let share = |k: u8| f32::from(k) / 8.0;
+        let both = (0..=8).flat_map(|j| (0..=8 - j).map(move |k| [j, k]));
+        both.map(move |[j, k]| a + (b - a) * share(j) + (c - a) * share(k))
+    }
+
+    proptest! {
+        /// What is told apart never comes closer than the gap, and what goes along with each other at twice the gap
+        /// and its size is told apart.
+        #[test]
+        fn what_is_apart_stays_apart(
+            shape in prop::array::uniform6(point(1.0)),
+            moves in prop::array::uniform6(point(1.5)),
+            away in point(1.5),
+        ) {
+            let gap = 0.1;
+            let mut ways: Vec<[Vec4; 2]> = shape.iter().zip(&moves).map(|(x, v)| [*x, *x + *v]).collect();
+            ways[3..].iter_mut().flatten().for_each(|x| *x += away);
+            let list = elements(0, 6, &[[0, 1, 2], [3, 4, 5]], &[], 0);
+            let prisms = |ways: &[[Vec4; 2]]| [0, 1].map(|k| Prism::of(&list[k], ways));
+            let [one, other] = prisms(&ways);
+            prop_assert_eq!(one.are_apart(&other, gap), other.are_apart(&one, gap));
+            if one.are_apart(&other, gap) {
+                for time in (0..=8_u8).map(|k| f32::from(k) / 8.0) {
+                    let at = |i: usize| ways[i][0].lerp(ways[i][1], time);
+                    let nearest = points([at(0), at(1), at(2)])
+                        .flat_map(|x| points([at(3), at(4), at(5)]).map(move |y| x.distance(y)))
+                        .fold(f32::INFINITY, f32::min);
+                    prop_assert!(nearest > gap - 1e-5, "{nearest} m at {time}");
+                }
+            }
+            let far = 3.6 + 2.0 * gap; // longer than two diagonals of what the points are in
+            for (k, way) in ways.iter_mut().enumerate() {
+                let start = shape[k] + if k < 3 { Vec4::ZERO } else { Vec4::X * far };
+                *way = [start, start + away];
+            }
+            let [one, other] = prisms(&ways);
+            prop_assert!(one.are_apart(&other, gap));
+        }
+    }
+}

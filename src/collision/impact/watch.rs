@@ -54,26 +54,37 @@ impl Watch<'_> {
         }
     }
 
-    /// Looks at what is tight, and at others of which one vertex has changed and one changed much.
+    /// Looks at what is tight, and at blocks of which one vertex has changed and one changed much: in the list's order,
+    /// whatever is tight. How much slack is known depends on the last directions, which a resumed run doesn't have.
     #[expect(clippy::cast_possible_truncation, reason = "numbers have 32 bits")]
     pub(super) fn look_again(&self, part: &mut Part, found: &mut Found) {
-        for &k in &part.tight {
-            self.look(&mut part.near[k as usize], found);
-        }
-        let blocks = part.near.chunks_mut(BLOCK).zip(&part.groups).enumerate();
-        for (number, (block, groups)) in blocks {
-            if groups & self.strayed == 0 || groups & self.stale == 0 {
+        let Part {
+            near,
+            tight,
+            groups,
+            ..
+        } = part;
+        let (known, mut next) = (tight.len(), 0);
+        for (number, (block, groups)) in near.chunks_mut(BLOCK).zip(groups).enumerate() {
+            let first = number * BLOCK;
+            let whole = *groups & self.strayed != 0 && *groups & self.stale != 0;
+            if !whole {
+                while next < known && (tight[next] as usize) < first + block.len() {
+                    self.look(&mut block[tight[next] as usize - first], found);
+                    next += 1;
+                }
                 continue;
             }
-            for (k, near) in block.iter_mut().enumerate() {
-                if near.slack >= self.tight {
-                    self.look(near, found);
-                    if near.slack < self.tight {
-                        part.tight.push((number * BLOCK + k) as u32);
-                    }
+            for (k, near) in (first..).zip(block) {
+                let is_tight = next < known && tight[next] as usize == k;
+                next += usize::from(is_tight);
+                self.look(near, found);
+                if !is_tight && near.slack < self.tight {
+                    tight.push(k as u32);
                 }
             }
         }
+        tight.sort_unstable();
     }
 
     /// Looks whether two features that are near each other meet.
@@ -93,11 +104,13 @@ impl Watch<'_> {
         }
         let [began, ends] = self.gaps(features, vertices, near.normal);
         let slack = began.min(ends) - self.band;
-        if slack > 0.0 && !(self.first && began < self.reach && near.is_pushed()) {
+        let pushed = self.first && near.is_pushed();
+        if slack > 0.0 && !(pushed && began < self.reach) {
             near.slack = slack - changed;
             return;
         }
-        let examined = self.ground.examine_layers(features, vertices, self.first);
+        // Whether it is examined depends on the last direction, what comes of it must not: a resumed run has others.
+        let examined = self.ground.examine_layers(features, vertices, pushed);
         near.normal = examined.normal.as_vec3();
         near.slack = round_down(examined.slack) - changed;
         found.touches.extend(examined.touch);
