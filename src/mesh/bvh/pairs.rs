@@ -94,11 +94,21 @@ fn cross(one: &Subtree<'_>, other: &Subtree<'_>, found: &mut impl FnMut(u32, u32
         (Err(node), Ok(_)) => {
             one.for_overlapping(node, &other.bounds, |below| cross(below, other, found));
         }
-        (Ok(_), Err(node)) => {
-            other.for_overlapping(node, &one.bounds, |below| cross(one, below, found));
-        }
+        (Ok(_), Err(node)) => open(one, other, node, found),
         (Err(node), Err(node2)) => one.for_overlapping(node, &other.bounds, |below| {
-            other.for_overlapping(node2, &below.bounds, |below2| cross(below, below2, found));
+            open(below, other, node2, found);
         }),
+    }
+}
+
+/// The pairs between a subtree and the children of a node of another.
+fn open(one: &Subtree<'_>, other: &Subtree<'_>, node: usize, found: &mut impl FnMut(u32, u32)) {
+    let children = &other.tree.nodes[node].children;
+    for lane in other.tree.nodes[node].boxes.overlapping(&one.bounds) {
+        // What two items that are found don't need isn't made.
+        match (one.child.known(), children[lane].known()) {
+            (Ok(a), Ok(b)) => found(a, b),
+            _ => cross(one, &other.tree.child(node, lane), found),
+        }
     }
 }
