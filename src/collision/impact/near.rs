@@ -255,16 +255,23 @@ impl Neighbours {
     fn fit(&mut self, ground: &Ground, thickness: f64, time: usize) {
         let margin = (0.5 * NEEDED + ROOM) * thickness;
         let Vertices { start, end, .. } = &ground.vertices;
-        let ways = [start, end][time].iter().zip(&self.places);
         let refitted = &self.refitted;
-        for (i, (now, place)) in ways.enumerate().filter(|(i, _)| refitted[*i]) {
-            self.fitted[time][i] = [
-                Bounds::around(&Aabb::around([*now]).grown(margin)),
-                Bounds::around(&Aabb::around([*now - *place])),
-            ];
-            if time == 1 {
-                self.fitted_ends[i] = *now;
-            }
+        let ways = [start, end][time].par_iter().zip(&self.places);
+        let each = self.fitted[time].par_iter_mut().with_min_len(FEW);
+        each.zip(ways)
+            .zip(refitted)
+            .for_each(|((fitted, (now, place)), refitted)| {
+                if *refitted {
+                    *fitted = [
+                        Bounds::around(&Aabb::around([*now]).grown(margin)),
+                        Bounds::around(&Aabb::around([*now - *place])),
+                    ];
+                }
+            });
+        if time == 1 {
+            let ends = self.fitted_ends.iter_mut().zip(end).zip(refitted);
+            ends.filter(|(_, refitted)| **refitted)
+                .for_each(|((fitted, end), _)| *fitted = *end);
         }
         let fitted = &self.fitted[time];
         let trees = [&mut self.at[time], &mut self.moves[time]];
