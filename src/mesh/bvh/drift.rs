@@ -97,7 +97,7 @@ impl<'a> Drift<'a> {
     /// The pairs between a subtree and the children of a node.
     fn open(&self, one: &Subtree, node: usize, found: &mut impl FnMut(u32, u32)) {
         for lane in self.near(one, node) {
-            // Half the time of a search went into what two items that are found don't need.
+            // What two items that are found don't need isn't made: 5 % of all contact in a rope of folds.
             match (one.child.known(), self.children(node)[lane].known()) {
                 (Ok(a), Ok(b)) => found(a, b),
                 _ => self.cross(one, &self.child(node, lane), found),
