@@ -53,12 +53,7 @@ impl Prism {
     /// same side at the start and at the end.
     #[inline]
     pub(super) fn are_apart(&self, other: &Self, gap: f32) -> bool {
-        let ([a0, a1], [b0, b1]) = (self.boxes, other.boxes);
-        let (above, below) = (
-            (a0[0] - b0[1]).min(a1[0] - b1[1]),
-            (b0[0] - a0[1]).min(b1[0] - a1[1]),
-        );
-        if above.max(below).max_element() > gap {
+        if boxes_are_apart(self.boxes, other.boxes, gap) {
             return true;
         }
         let slabs = |one: &Self, other: &Self| {
@@ -68,8 +63,9 @@ impl Prism {
         if slabs(self, other) || slabs(other, self) {
             return true;
         }
-        let middle = |[low, high]: [Vec4; 2]| low + high;
-        let between = middle(a0) + middle(a1) - middle(b0) - middle(b1);
+        let middle =
+            |[[low, high], [end_low, end_high]]: [[Vec4; 2]; 2]| low + high + end_low + end_high;
+        let between = middle(self.boxes) - middle(other.boxes);
         let between = between.truncate().normalize_or_zero();
         self.range(between)[0] - other.range(between)[1] > gap
     }
@@ -81,6 +77,19 @@ impl Prism {
             .map(|[x, y, z]| *x * direction.x + *y * direction.y + *z * direction.z);
         [start.min(end).min_element(), start.max(end).max_element()]
     }
+}
+
+/// Whether two boxes keep a gap (m) along an axis, on the same side at both ends of their ways: of each the least and the
+/// largest corner at the start, then at the end.
+#[inline]
+pub(super) fn boxes_are_apart(
+    [a0, a1]: [[Vec4; 2]; 2],
+    [b0, b1]: [[Vec4; 2]; 2],
+    gap: f32,
+) -> bool {
+    let above = (a0[0] - b0[1]).min(a1[0] - b1[1]);
+    let below = (b0[0] - a0[1]).min(b1[0] - a1[1]);
+    above.max(below).max_element() > gap
 }
 
 #[cfg(test)]

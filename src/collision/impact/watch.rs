@@ -5,7 +5,7 @@ use super::element::pairs;
 use super::examine::of;
 use super::ground::Ground;
 use super::near::{BLOCK, Near, Part, group, near_points, round_down};
-use super::prism::Prism;
+use super::prism::{Prism, boxes_are_apart};
 use super::search::Found;
 use glam::{DVec3, Mat4, Vec3, Vec4};
 
@@ -138,9 +138,8 @@ impl Watch<'_> {
             if !self.first && !self.ground.is_stale(one) && !self.ground.is_stale(other) {
                 continue;
             }
-            let prisms = || both.map(|k| &self.prisms[k as usize]);
-            let apart = |[prism, other]: [&Prism; 2]| prism.are_apart(other, self.band);
-            if !one.adjoins(other) && apart(prisms()) {
+            let [prism, other_prism] = both.map(|k| &self.prisms[k as usize]);
+            if !one.adjoins(other) && prism.are_apart(other_prism, self.band) {
                 continue;
             }
             pairs(one, other, false, |features, vertices| {
@@ -179,17 +178,15 @@ impl Watch<'_> {
     #[inline]
     fn boxes_are_apart(&self, features: Features, vertices: [u32; 4], gap: f32) -> bool {
         let [a, b, c, d] = of(self.ways, vertices);
-        let gaps = |time: usize| {
+        let boxes = |time: usize| {
             let (a, b, c, d) = (a[time], b[time], c[time], d[time]);
-            let (mine, yours) = match features {
-                Features::VertexFace => ((a, a), (b.min(c).min(d), b.max(c).max(d))),
-                Features::EdgeEdge => ((a.min(b), a.max(b)), (c.min(d), c.max(d))),
-            };
-            (mine.0 - yours.1, yours.0 - mine.1)
+            match features {
+                Features::VertexFace => ([a, a], [b.min(c).min(d), b.max(c).max(d)]),
+                Features::EdgeEdge => ([a.min(b), a.max(b)], [c.min(d), c.max(d)]),
+            }
         };
-        let (start, end) = (gaps(0), gaps(1));
-        let least = start.0.min(end.0).max(start.1.min(end.1));
-        least.max_element() > gap
+        let (start, end) = (boxes(0), boxes(1));
+        boxes_are_apart([start.0, end.0], [start.1, end.1], gap)
     }
 }
 
