@@ -175,6 +175,11 @@ impl Model {
         !self.obstacles.is_empty() || self.self_collision.is_some()
     }
 
+    /// Whether stages besides the integration may move particles.
+    pub fn is_corrected(&self) -> bool {
+        self.strain_limit.is_some() || self.has_contact()
+    }
+
     /// The links of cloths without triangles.
     pub fn links(&self) -> Vec<[u32; 2]> {
         let chains = self

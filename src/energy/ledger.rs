@@ -149,7 +149,7 @@ impl Ledger {
 
     /// Whether stages besides the integration may change the state: energies are then taken between them.
     pub fn is_booked_by_stage(model: &Model) -> bool {
-        model.strain_limit.is_some() || model.has_contact()
+        model.is_corrected()
     }
 
     /// Begins a step from a state whose kinetic and gravitational energy are given. The elastic one is that

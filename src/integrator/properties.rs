@@ -65,7 +65,7 @@ impl Integrator {
     /// Order p that is seen in a scene: 1 where a strain limit or contact acts after the step, whatever
     /// the scheme's own.
     pub fn order_in(self, model: &Model) -> i32 {
-        if model.strain_limit.is_some() || !model.obstacles.is_empty() {
+        if model.is_corrected() {
             1
         } else {
             self.order()

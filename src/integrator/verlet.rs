@@ -32,7 +32,7 @@ pub(super) struct Verlet {
 impl Verlet {
     pub(super) fn new(model: &Model) -> Self {
         let zero = vec![DVec3::ZERO; model.particles()];
-        let moves = model.strain_limit.is_some() || !model.obstacles.is_empty();
+        let moves = model.is_corrected();
         let pass = model.force_pass();
         Self {
             forces: zero.clone(),
@@ -182,4 +182,47 @@ pub(super) fn test_step(a: impl Fn(f64, f64) -> f64, dt: f64, [x, v]: [f64; 2]) 
     let middle = v + gain;
     let moved = x + dt * middle;
     [moved, middle + 0.5 * dt * a(moved, middle + gain)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene;
+
+    /// The model of a small sheet with some changes, and its state.
+    fn sheet(changes: &[&str]) -> (Model, State) {
+        let undamped = ["cloth.0.damping.mass=0.0", "cloth.0.damping.stiffness=0.0"];
+        let all = ["cloth.0.shape.sheet.cells=[6, 6]"]
+            .into_iter()
+            .chain(undamped);
+        let changes: Vec<String> = all
+            .chain(changes.iter().copied())
+            .map(str::to_owned)
+            .collect();
+        let loaded = scene::load("hanging-cloth", &changes).unwrap();
+        let built = scene::build(&loaded).unwrap();
+        (built.model, built.state)
+    }
+
+    fn advance(verlet: &mut Verlet, model: &Model, before: &State, dt: f64) -> State {
+        let mut state = State::at_rest(vec![DVec3::ZERO; model.particles()]);
+        verlet.advance(model, &mut model.no_contacts(), dt, before, &mut state);
+        state
+    }
+
+    /// What limits or contact have moved is gone on with as from a first state: nothing is left over of where
+    /// the last step had ended.
+    #[test]
+    fn what_was_moved_since_is_seen() {
+        for change in ["strain_limit.max=0.1", "self_collision.thickness=0.001"] {
+            let (model, start) = sheet(&[change]);
+            let mut verlet = Verlet::new(&model);
+            let mut moved = advance(&mut verlet, &model, &start, 1e-3);
+            moved.positions[20] += DVec3::new(0.01, 0.02, -0.01);
+            let on = advance(&mut verlet, &model, &moved, 1e-3);
+            let anew = advance(&mut Verlet::new(&model), &model, &moved, 1e-3);
+            assert_eq!(on.positions, anew.positions, "{change}");
+            assert_eq!(on.velocities, anew.velocities, "{change}");
+        }
+    }
 }
