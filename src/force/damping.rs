@@ -2,7 +2,7 @@
 
 use super::pass::{Lists, Tiled};
 use super::{Cut, Spring, SpringBatch, Stiffness, Tiles, Window};
-use crate::linear::{Assembly, LineBlock, Pattern, prefetch};
+use crate::linear::{Ahead, Assembly, LineBlock, Pattern};
 use crate::state::State;
 use glam::DVec3;
 use std::fmt::Debug;
@@ -101,8 +101,8 @@ impl Damping for MassDamping {
 }
 
 impl Cut for MassDamping {
-    fn prefetch(&self, _: usize, particles: Range<usize>) {
-        prefetch(&self.drag, particles);
+    fn add_to(&self, ahead: &mut Ahead, _: usize, particles: Range<usize>) {
+        ahead.add(&self.drag, particles);
     }
 
     fn add_forces(&self, _: usize, state: &State, window: &mut Window<'_>) {

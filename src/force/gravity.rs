@@ -1,7 +1,7 @@
 //! Uniform gravity.
 
 use super::{Cut, Force, Tiles, Window};
-use crate::linear::prefetch;
+use crate::linear::Ahead;
 use crate::state::State;
 use glam::DVec3;
 use std::ops::Range;
@@ -67,8 +67,8 @@ impl Force for Gravity {
 }
 
 impl Cut for Gravity {
-    fn prefetch(&self, _: usize, particles: Range<usize>) {
-        prefetch(&self.masses, particles);
+    fn add_to(&self, ahead: &mut Ahead, _: usize, particles: Range<usize>) {
+        ahead.add(&self.masses, particles);
     }
 
     fn add_forces(&self, _: usize, _: &State, window: &mut Window<'_>) {

@@ -5,8 +5,9 @@
 //! hundred pairs of rest length and stiffness stand for all of them, bit for bit.
 
 use super::pass::Tiled;
-use super::spring::{Spring, add_forces, force, largest};
+use super::spring::{Largest, Spring, add_forces, force};
 use super::{Cut, Window};
+use crate::linear::Ahead;
 use crate::state::State;
 use glam::DVec3;
 use std::collections::BTreeMap;
@@ -83,13 +84,11 @@ impl PackedSprings {
         positions[b] - positions[a]
     }
 
-    fn largest_stretch_squared(&self, tile: usize, positions: &[DVec3]) -> f64 {
-        let positions = &positions[self.first[tile] as usize..];
-        let square = |&spring: &Packed| {
-            let [rest_length, _] = self.kinds[usize::from(spring.kind)];
-            Self::span(spring, positions).length_squared() / (rest_length * rest_length)
-        };
-        largest(self.tiled.of(tile), square)
+    /// λ² of a spring of such a tile.
+    #[inline(always)]
+    fn stretch_squared(&self, spring: Packed, positions: &[DVec3]) -> f64 {
+        let [rest_length, _] = self.kinds[usize::from(spring.kind)];
+        Self::span(spring, positions).length_squared() / (rest_length * rest_length)
     }
 }
 
@@ -110,19 +109,44 @@ impl SpringLists {
         }
     }
 
-    /// Largest λ² of a tile's springs, as [`super::largest_stretch_squared`] has it.
-    pub(super) fn largest_stretch_squared(&self, tile: usize, positions: &[DVec3]) -> f64 {
+    /// Looks for the largest λ² of a tile's springs; asks for a share of what comes next with every batch.
+    pub(super) fn look_at(
+        &self,
+        tile: usize,
+        positions: &[DVec3],
+        largest: &mut Largest,
+        ahead: &mut Ahead,
+    ) {
         match self {
-            Self::Packed(packed) => packed.largest_stretch_squared(tile, positions),
-            Self::Whole(tiled) => super::largest_stretch_squared(tiled.of(tile), positions),
+            Self::Packed(packed) => {
+                let positions = &positions[packed.first[tile] as usize..];
+                for batch in packed.tiled.batches(tile) {
+                    ahead.ask();
+                    largest.look_at(batch, |&spring| packed.stretch_squared(spring, positions));
+                }
+            }
+            Self::Whole(tiled) => {
+                for batch in tiled.batches(tile) {
+                    ahead.ask();
+                    largest.look_at(batch, |spring| spring.stretch_squared(positions));
+                }
+            }
         }
     }
 
-    /// Asks for a tile's springs ahead of their use.
-    pub(super) fn prefetch(&self, tile: usize) {
+    /// Adds a tile's springs to what is asked for ahead of its use.
+    pub(super) fn add_to(&self, ahead: &mut Ahead, tile: usize) {
         match self {
-            Self::Packed(packed) => packed.tiled.prefetch(tile),
-            Self::Whole(tiled) => tiled.prefetch(tile),
+            Self::Packed(packed) => packed.tiled.add_to(ahead, tile),
+            Self::Whole(tiled) => tiled.add_to(ahead, tile),
+        }
+    }
+
+    /// Number of a tile's batches.
+    pub(super) fn batches(&self, tile: usize) -> usize {
+        match self {
+            Self::Packed(packed) => packed.tiled.batches(tile).len(),
+            Self::Whole(tiled) => tiled.batches(tile).len(),
         }
     }
 
@@ -142,21 +166,33 @@ impl Cut for SpringLists {
             Self::Packed(packed) => {
                 let first = packed.first[tile];
                 let positions = &state.positions[first as usize..];
-                for &spring in packed.tiled.of(tile) {
-                    let [rest_length, stiffness] = packed.kinds[usize::from(spring.kind)];
-                    let d = PackedSprings::span(spring, positions);
-                    let f = force(d, stiffness, rest_length);
-                    let [a, b] = spring.ends.map(|end| first + u32::from(end));
-                    window.add(a, f);
-                    window.add(b, -f);
+                for batch in packed.tiled.batches(tile) {
+                    window.ahead.ask();
+                    for &spring in batch {
+                        let [rest_length, stiffness] = packed.kinds[usize::from(spring.kind)];
+                        let d = PackedSprings::span(spring, positions);
+                        let f = force(d, stiffness, rest_length);
+                        let [a, b] = spring.ends.map(|end| first + u32::from(end));
+                        window.add(a, f);
+                        window.add(b, -f);
+                    }
                 }
             }
-            Self::Whole(tiled) => add_forces(tiled.of(tile), state, window),
+            Self::Whole(tiled) => {
+                for batch in tiled.batches(tile) {
+                    window.ahead.ask();
+                    add_forces(batch, state, window);
+                }
+            }
         }
     }
 
-    fn prefetch(&self, tile: usize, _: Range<usize>) {
-        Self::prefetch(self, tile);
+    fn add_to(&self, ahead: &mut Ahead, tile: usize, _: Range<usize>) {
+        Self::add_to(self, ahead, tile);
+    }
+
+    fn batches(&self, tile: usize) -> usize {
+        Self::batches(self, tile)
     }
 
     fn lowest(&self, tile: usize) -> usize {

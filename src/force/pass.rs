@@ -10,7 +10,7 @@
 //! tile touches are handed on at once: what is beyond the caches is read once and written once.
 
 use super::{Damping, Force};
-use crate::linear::{Chunks, Shared, prefetch};
+use crate::linear::{Ahead, Chunks, Shared};
 use crate::state::State;
 use glam::DVec3;
 use std::fmt::Debug;
@@ -21,8 +21,13 @@ pub trait Cut: Debug + Send + Sync {
     /// Adds the forces (N) of a tile's elements on the particles that the window shows.
     fn add_forces(&self, tile: usize, state: &State, window: &mut Window<'_>);
 
-    /// Asks for a tile's elements, or for what it has of the tile's particles, ahead of their use.
-    fn prefetch(&self, _tile: usize, _particles: Range<usize>) {}
+    /// Adds a tile's elements, or what it has of the tile's particles, to what is asked for ahead of its use.
+    fn add_to(&self, _ahead: &mut Ahead, _tile: usize, _particles: Range<usize>) {}
+
+    /// How many batches a tile's elements have: with each, it asks for a share of what comes next.
+    fn batches(&self, _tile: usize) -> usize {
+        0
+    }
 
     /// The lowest of a chunk's particles that elements of one of its tiles act on, where that may be
     /// below the tile's own.
@@ -35,46 +40,24 @@ pub trait Cut: Debug + Send + Sync {
 /// many or half as many are as good.
 const TILE: usize = 128;
 
-/// Particles of a scene whose lists are beyond the caches.
-const LARGE: usize = 1 << 18;
-
-/// Particles in a tile of a large scene: so few that the processor, which sees some hundred instructions
-/// ahead, works on the next tile's springs while the lines of this one are written, and that those of a tile
-/// can be asked for at once. On a million particles and two threads a step of symplectic Euler went from 20.5 to
-/// 18.7 ns a particle, one of rk4 from 63 to 54; those of verlet and xpbd stayed as they were.
-const SHORT_TILE: usize = 16;
-
-/// How many short tiles ahead of its use memory is asked for.
-const AHEAD: usize = 4;
+/// Elements in a batch: with each, some of the next tile's memory is asked for. Half as many are as good;
+/// with twice as many, a step of rk4 takes a tenth longer.
+const BATCH: usize = 64;
 
 /// Chunks of the particles, cut into tiles.
 #[derive(Clone, Copy, Debug)]
 pub struct Tiles {
     chunks: Chunks,
-    /// Particles of a tile.
-    size: usize,
     /// Tiles of a chunk.
     each: usize,
-    /// How many tiles ahead of its use memory is asked for.
-    ahead: usize,
 }
 
 impl Tiles {
     /// The tiles of some particles.
     pub fn of(particles: usize) -> Self {
         let chunks = Chunks::of(particles);
-        let (size, ahead) = if particles < LARGE {
-            (TILE, 1)
-        } else {
-            (SHORT_TILE, AHEAD)
-        };
-        let each = chunks.size().div_ceil(size);
-        Self {
-            chunks,
-            size,
-            each,
-            ahead,
-        }
+        let each = chunks.size().div_ceil(TILE);
+        Self { chunks, each }
     }
 
     /// Number of tiles.
@@ -95,20 +78,14 @@ impl Tiles {
     /// The particles of a tile.
     pub fn range(self, tile: usize) -> Range<usize> {
         let chunk = self.chunks.range(tile / self.each);
-        let start = chunk.start + tile % self.each * self.size;
-        start.min(chunk.end)..(start + self.size).min(chunk.end)
-    }
-
-    /// The tile that memory is asked for while another one is worked on, and its particles.
-    pub fn ahead(self, tile: usize) -> (usize, Range<usize>) {
-        let start = self.range(tile).start + self.ahead * self.size;
-        (tile + self.ahead, start..start + self.size)
+        let start = chunk.start + tile % self.each * TILE;
+        start.min(chunk.end)..(start + TILE).min(chunk.end)
     }
 
     /// The tile that a particle is in.
     fn at(self, particle: usize) -> usize {
         let chunk = self.chunks.at(particle);
-        chunk * self.each + (particle - self.chunks.range(chunk).start) / self.size
+        chunk * self.each + (particle - self.chunks.range(chunk).start) / TILE
     }
 }
 
@@ -121,6 +98,8 @@ pub struct Window<'a> {
     forces: &'a mut [DVec3],
     /// The particles of the tile that is worked on.
     tile: Range<usize>,
+    /// What the next tile needs.
+    pub(super) ahead: Ahead,
 }
 
 impl<'a> Window<'a> {
@@ -129,6 +108,7 @@ impl<'a> Window<'a> {
         Self {
             first: 0,
             tile: 0..forces.len(),
+            ahead: Ahead::default(),
             forces,
         }
     }
@@ -140,6 +120,16 @@ impl<'a> Window<'a> {
             start..end,
             &mut self.forces[start - self.first..end - self.first],
         )
+    }
+
+    /// Prepares to ask for what the next tile's particles need, in a number of shares.
+    fn expect(&mut self, state: &State, particles: Range<usize>, shares: usize) {
+        let Range { start, end } = particles;
+        self.ahead.begin(shares);
+        self.ahead.add(&state.positions, start..end);
+        self.ahead.add(&state.velocities, start..end);
+        let ours = start - self.first..end - self.first;
+        self.ahead.add(self.forces, ours);
     }
 
     /// Adds a force on a particle, if the window shows it.
@@ -255,10 +245,15 @@ impl<E> Tiled<E> {
         &self.elements[start..self.ends[tile]]
     }
 
-    /// Asks for a tile's elements ahead of their use.
-    pub(super) fn prefetch(&self, tile: usize) {
+    /// The elements of a tile in batches.
+    pub(super) fn batches(&self, tile: usize) -> std::slice::Chunks<'_, E> {
+        self.of(tile).chunks(BATCH)
+    }
+
+    /// Adds a tile's elements, where there is such a tile, to what is asked for ahead of its use.
+    pub(super) fn add_to(&self, ahead: &mut Ahead, tile: usize) {
         if tile > 0 && tile < self.ends.len() {
-            prefetch(&self.elements, self.ends[tile - 1]..self.ends[tile]);
+            ahead.add(&self.elements, self.ends[tile - 1]..self.ends[tile]);
         }
     }
 
@@ -286,11 +281,18 @@ pub(super) struct Lists<E> {
 
 impl<E: Debug + Send + Sync> Cut for Lists<E> {
     fn add_forces(&self, tile: usize, state: &State, window: &mut Window<'_>) {
-        (self.add)(self.tiled.of(tile), state, window);
+        for batch in self.tiled.batches(tile) {
+            window.ahead.ask();
+            (self.add)(batch, state, window);
+        }
     }
 
-    fn prefetch(&self, tile: usize, _: Range<usize>) {
-        self.tiled.prefetch(tile);
+    fn add_to(&self, ahead: &mut Ahead, tile: usize, _: Range<usize>) {
+        self.tiled.add_to(ahead, tile);
+    }
+
+    fn batches(&self, tile: usize) -> usize {
+        self.tiled.batches(tile).len()
     }
 
     fn lowest(&self, tile: usize) -> usize {
@@ -384,6 +386,7 @@ impl ForcePass {
         own: S,
         finish: impl Fn(usize, &mut [DVec3], S) + Sync,
     ) {
+        let laws = || lists.iter().copied().flatten();
         let chunks = self.tiles.chunks;
         chunks.for_each_of((forces, own), |chunk, (forces, mut own)| {
             let first = chunks.range(chunk).start;
@@ -391,22 +394,24 @@ impl ForcePass {
                 first,
                 forces,
                 tile: first..first,
+                ahead: Ahead::default(),
             };
             let mut done = first;
             for tile in self.tiles.of_chunk(chunk) {
                 window.tile = self.tiles.range(tile);
                 window.tile().1.fill(DVec3::ZERO);
-                let (next, ahead) = self.tiles.ahead(tile);
-                let from = |first: usize| ahead.start - first..ahead.end - first;
-                prefetch(&state.positions, from(0));
-                prefetch(&state.velocities, from(0));
-                prefetch(window.forces, from(first));
-                own.prefetch(from(done));
-                for law in lists.iter().copied().flatten() {
-                    law.prefetch(next, ahead.clone());
+                let settled = self.settled[tile].max(done);
+                let next = tile + 1;
+                let soon = self.tiles.range(next);
+                let shares = laws().map(|law| law.batches(tile)).sum();
+                window.expect(state, soon.clone(), shares);
+                laws().for_each(|law| law.add_to(&mut window.ahead, next, soon.clone()));
+                let later = self.settled.get(next);
+                let later = later.map_or(settled, |&later| later.max(settled));
+                own.add_to(&mut window.ahead, settled - done..later - done);
+                for law in laws() {
                     law.add_forces(tile, state, &mut window);
                 }
-                let settled = self.settled[tile].max(done);
                 let (now, later) = own.split_at(settled - done);
                 finish(done, &mut window.forces[done - first..settled - first], now);
                 (done, own) = (settled, later);

@@ -3,6 +3,8 @@
 use super::SpringBatch;
 use super::packed::SpringLists;
 use super::pass::{Tiled, Tiles};
+use super::spring::Largest;
+use crate::linear::Ahead;
 use glam::DVec3;
 
 /// The springs whose strain counts, each once.
@@ -24,17 +26,31 @@ impl Weave {
     }
 
     /// Largest λ² = (ℓ/ℓ₀)² of a tile's springs, as [`super::largest_stretch_squared`] has it.
-    pub fn largest_stretch_squared(&self, tile: usize, positions: &[DVec3]) -> f64 {
-        let each = self.families.iter();
-        each.map(|(_, lists)| lists.largest_stretch_squared(tile, positions))
-            .fold(f64::NEG_INFINITY, f64::max)
+    /// Asks for a share of what comes next with every batch.
+    pub fn largest_stretch_squared(
+        &self,
+        tile: usize,
+        positions: &[DVec3],
+        ahead: &mut Ahead,
+    ) -> f64 {
+        let mut largest = Largest::default();
+        for (_, lists) in &self.families {
+            lists.look_at(tile, positions, &mut largest, ahead);
+        }
+        largest.of_all()
     }
 
-    /// Asks for a tile's springs ahead of their use.
-    pub fn prefetch(&self, tile: usize) {
+    /// Adds a tile's springs to what is asked for ahead of its use.
+    pub fn add_to(&self, ahead: &mut Ahead, tile: usize) {
         for (_, lists) in &self.families {
-            lists.prefetch(tile);
+            lists.add_to(ahead, tile);
         }
+    }
+
+    /// Number of a tile's batches.
+    pub fn batches(&self, tile: usize) -> usize {
+        let each = self.families.iter();
+        each.map(|(_, lists)| lists.batches(tile)).sum()
     }
 
     /// Size of each family's lists (B).

@@ -1,6 +1,6 @@
 //! Fixed chunks of a list, whose results don't depend on the number of threads that work on them.
 
-use super::{CHUNK, prefetch};
+use super::{Ahead, CHUNK};
 use std::ops::Range;
 
 /// Lists of one length that threads share out.
@@ -8,8 +8,8 @@ pub trait Shared: Send + Sized {
     /// The first entries of each, and those behind.
     fn split_at(self, middle: usize) -> (Self, Self);
 
-    /// Asks for some entries of each ahead of their use.
-    fn prefetch(&self, entries: Range<usize>);
+    /// Adds some entries of each to what is asked for ahead of its use.
+    fn add_to(&self, ahead: &mut Ahead, entries: Range<usize>);
 }
 
 impl Shared for () {
@@ -17,7 +17,7 @@ impl Shared for () {
         ((), ())
     }
 
-    fn prefetch(&self, _: Range<usize>) {}
+    fn add_to(&self, _: &mut Ahead, _: Range<usize>) {}
 }
 
 impl<T: Send> Shared for &mut [T] {
@@ -25,8 +25,8 @@ impl<T: Send> Shared for &mut [T] {
         self.split_at_mut(middle)
     }
 
-    fn prefetch(&self, entries: Range<usize>) {
-        prefetch(self, entries);
+    fn add_to(&self, ahead: &mut Ahead, entries: Range<usize>) {
+        ahead.add(self, entries);
     }
 }
 
@@ -35,8 +35,8 @@ impl<T: Sync> Shared for &[T] {
         self.split_at(middle)
     }
 
-    fn prefetch(&self, entries: Range<usize>) {
-        prefetch(self, entries);
+    fn add_to(&self, ahead: &mut Ahead, entries: Range<usize>) {
+        ahead.add(self, entries);
     }
 }
 
@@ -46,9 +46,9 @@ impl<A: Shared, B: Shared> Shared for (A, B) {
         ((a.0, b.0), (a.1, b.1))
     }
 
-    fn prefetch(&self, entries: Range<usize>) {
-        self.0.prefetch(entries.clone());
-        self.1.prefetch(entries);
+    fn add_to(&self, ahead: &mut Ahead, entries: Range<usize>) {
+        self.0.add_to(ahead, entries.clone());
+        self.1.add_to(ahead, entries);
     }
 }
 

@@ -1,10 +1,11 @@
 //! Linear algebra: the matrix of pairwise forces, conjugate gradients with one or two levels, constraints
 //! on single particles, sparse Cholesky factorisations of scalars and of 3 × 3 blocks, the largest
-//! eigenvalues, and threads that work in step.
+//! eigenvalues, memory asked for ahead of its use, and threads that work in step.
 //!
 //! Loops run over fixed chunks of rows, and sums are taken over the chunks in order, so that the
 //! result has the same bits for any number of threads.
 
+mod ahead;
 mod cholesky;
 mod chunks;
 mod coarse;
@@ -13,10 +14,10 @@ mod constraint;
 mod lanczos;
 mod pair_matrix;
 mod pairs;
-mod prefetch;
 mod scalar_cholesky;
 pub(crate) mod team;
 
+pub use ahead::Ahead;
 pub use cholesky::{Cholesky, NotPositiveDefinite};
 pub use chunks::{Chunks, Shared};
 pub use coarse::Coarse;
@@ -24,7 +25,6 @@ pub use conjugate_gradient::{ConjugateGradient, Limits, Solve, System};
 pub use constraint::Constraint;
 pub use lanczos::largest_eigenvalues;
 pub use pair_matrix::{Assembly, LineBlock, PairMatrix, Pattern, Slot, outer};
-pub(crate) use prefetch::prefetch;
 pub use scalar_cholesky::ScalarCholesky;
 pub use team::awake;
 

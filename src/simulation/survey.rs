@@ -2,7 +2,7 @@
 
 use crate::energy::{Totals, kinetic_of};
 use crate::force::{Force as _, Tiles, Weave, energy_and_stretch_squared};
-use crate::linear::{Chunks, prefetch};
+use crate::linear::{Ahead, Chunks};
 use crate::model::Model;
 use crate::state::State;
 use glam::DVec3;
@@ -25,6 +25,17 @@ impl View {
             weave: Weave::of(tiles, model.weave()),
             tiles,
         }
+    }
+
+    /// Prepares to ask for what a tile needs, in as many shares as the one before it has batches.
+    fn expect(&self, ahead: &mut Ahead, model: &Model, state: &State, tile: usize) {
+        let particles = self.tiles.range(tile);
+        ahead.begin(self.weave.batches(tile - 1));
+        ahead.add(&state.positions, particles.clone());
+        ahead.add(&state.velocities, particles.clone());
+        ahead.add(&model.masses, particles.clone());
+        ahead.add(&model.gravity.masses, particles);
+        self.weave.add_to(ahead, tile);
     }
 }
 
@@ -59,17 +70,13 @@ impl Survey {
         let View { tiles, weave } = view;
         let chunks = tiles.chunks();
         let look = |chunk: usize| {
+            let mut ahead = Ahead::default();
             let each = tiles.of_chunk(chunk).map(|tile| {
-                let range = tiles.range(tile);
-                let (next, ahead) = tiles.ahead(tile);
-                prefetch(&state.positions, ahead.clone());
-                prefetch(&state.velocities, ahead.clone());
-                prefetch(&model.masses, ahead.clone());
-                prefetch(&model.gravity.masses, ahead);
-                weave.prefetch(next);
-                let mut survey = Self::of_particles(model, state, range);
+                let mut survey = Self::of_particles(model, state, tiles.range(tile));
                 if !with_elastic {
-                    survey.stretch_squared = weave.largest_stretch_squared(tile, &state.positions);
+                    view.expect(&mut ahead, model, state, tile + 1);
+                    survey.stretch_squared =
+                        weave.largest_stretch_squared(tile, &state.positions, &mut ahead);
                 }
                 survey
             });
