@@ -9,6 +9,7 @@
 //! 30 ns a particle colour by colour, and takes 17, as one within the caches.
 
 use super::element::Element;
+use crate::linear::Ahead;
 use std::ops::Range;
 
 /// Particles in a tile. A stage reaches back by some rows of a sheet: half or a quarter is as good.
@@ -81,6 +82,13 @@ impl<E> Course<E> {
         let end = |runs: usize| runs.checked_sub(1).map_or(0, |run| self.ends[run]);
         let before = stage.checked_sub(1).map_or(0, |stage| self.runs[stage]);
         end(before)..end(self.runs[stage])
+    }
+
+    /// Adds a stage's constraints, where there is such a stage, to what is asked for ahead of its use.
+    pub(super) fn add_to(&self, ahead: &mut Ahead, stage: usize) {
+        if stage < self.runs.len() {
+            ahead.add(&self.elements, self.of_stage(stage));
+        }
     }
 
     /// The same order of others, one for each.

@@ -16,8 +16,8 @@ mod relax;
 
 use super::Scheme;
 use crate::collision::Contacts;
-use crate::linear::Solve;
 use crate::linear::team::{self, Member};
+use crate::linear::{Ahead, Solve};
 use crate::model::Model;
 use crate::state::State;
 use cluster::{Cluster, Plan};
@@ -153,12 +153,16 @@ impl<'a> Step<'a> {
         let mut lane = self.lane(chunk);
         let all = lane.x.len();
         let mut done = 0;
+        let mut ahead = Ahead::default();
         for stage in 0..cluster.settled.len() {
             if pace.first {
                 self.predict(chunk, lane.x, stage * TILE..all.min((stage + 1) * TILE));
             }
+            ahead.begin(cluster.springs.batches(stage));
+            self.expect(&mut ahead, chunk, &lane, stage + 1);
+            cluster.springs.add_to(&mut ahead, stage + 1);
             let part = self.part(chunk, lane.x);
-            relax(&mut cluster, stage, &mut Patch([part]), pace);
+            relax(&mut cluster, stage, &mut Patch([part]), pace, &mut ahead);
             if last {
                 let settled = cluster.settled[stage]
                     .min((stage + 1) * TILE)
@@ -167,6 +171,18 @@ impl<'a> Step<'a> {
                 done = settled;
             }
         }
+    }
+
+    /// Adds a stage's particles to what is asked for ahead of its use.
+    fn expect(&self, ahead: &mut Ahead, chunk: usize, lane: &Lane<'_>, stage: usize) {
+        let tile = stage * TILE..(stage + 1) * TILE;
+        let first = self.plan.chunks.range(chunk).start;
+        let all = first + tile.start..first + tile.end;
+        ahead.add(&self.before.positions, all.clone());
+        ahead.add(&self.before.velocities, all.clone());
+        ahead.add(&self.model.inverse_masses, all);
+        ahead.add(lane.x, tile.clone());
+        ahead.add(lane.v, tile);
     }
 
     fn lane(&self, chunk: usize) -> MutexGuard<'_, Lane<'a>> {
@@ -233,7 +249,7 @@ impl<'a> Step<'a> {
             let chunk = cluster.chunks[slots.next().unwrap_or_default()];
             self.part(chunk, lane.x)
         });
-        relax(cluster, 0, &mut Patch(parts), pace);
+        relax(cluster, 0, &mut Patch(parts), pace, &mut Ahead::default());
     }
 
     /// Takes the velocities of some of a chunk's particles from their positions.

@@ -5,6 +5,8 @@
 
 use super::course::Course;
 use super::element::Link;
+use super::relax::BATCH;
+use crate::linear::Ahead;
 use std::collections::BTreeMap;
 
 /// A spring, by its places from the stage's lowest on and its kind.
@@ -88,6 +90,23 @@ impl Links {
             }),
             None => Self::Whole(course),
         }
+    }
+
+    /// Adds a stage's springs, where there is such a stage, to what is asked for ahead of its use.
+    pub(super) fn add_to(&self, ahead: &mut Ahead, stage: usize) {
+        match self {
+            Self::Packed(packed) => packed.course.add_to(ahead, stage),
+            Self::Whole(course) => course.add_to(ahead, stage),
+        }
+    }
+
+    /// Number of a stage's batches.
+    pub(super) fn batches(&self, stage: usize) -> usize {
+        let springs = match self {
+            Self::Packed(packed) => packed.course.of_stage(stage),
+            Self::Whole(course) => course.of_stage(stage),
+        };
+        springs.len().div_ceil(BATCH)
     }
 }
 

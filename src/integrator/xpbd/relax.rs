@@ -12,6 +12,7 @@ use super::course::Course;
 use super::element::{Crease, Link};
 use super::packed::Links;
 use crate::force::{BendingLaw, Dihedral, DiscreteShell, EdgeSpring};
+use crate::linear::Ahead;
 use glam::DVec3;
 
 /// A chunk of particles as its cluster sees it.
@@ -74,13 +75,14 @@ pub(super) fn relax<const N: usize>(
     stage: usize,
     patch: &mut Patch<'_, N>,
     pace: Pace,
+    ahead: &mut Ahead,
 ) {
     match &mut cluster.springs {
         Links::Packed(packed) => {
             let link = packed.links.at(stage);
-            relax_springs(&mut packed.course, stage, link, patch, pace);
+            relax_springs(&mut packed.course, stage, link, patch, pace, ahead);
         }
-        Links::Whole(course) => relax_springs(course, stage, |link| link, patch, pace),
+        Links::Whole(course) => relax_springs(course, stage, |link| link, patch, pace, ahead),
     }
     relax_hinges::<EdgeSpring, N>(&mut cluster.edge_springs, stage, patch, pace);
     relax_hinges::<DiscreteShell, N>(&mut cluster.discrete_shells, stage, patch, pace);
@@ -89,6 +91,9 @@ pub(super) fn relax<const N: usize>(
 /// Springs that are relaxed together: their square roots and divisions share instructions.
 const LANES: usize = 4;
 
+/// Springs in a batch: with each, some of the next stage's memory is asked for.
+pub(super) const BATCH: usize = 64;
+
 /// The springs of a stage; `link` unpacks one.
 fn relax_springs<P: Copy, const N: usize>(
     springs: &mut Course<P>,
@@ -96,15 +101,19 @@ fn relax_springs<P: Copy, const N: usize>(
     link: impl Fn(P) -> Link,
     patch: &mut Patch<'_, N>,
     pace: Pace,
+    ahead: &mut Ahead,
 ) {
     if springs.times.is_empty() && springs.multipliers.is_empty() {
         for run in springs.runs(stage) {
-            let (lanes, rest) = springs.elements[run].as_chunks::<LANES>();
-            for links in lanes {
-                relax_lanes(links, &link, patch, pace);
-            }
-            for &one in rest {
-                relax_lanes(&[one], &link, patch, pace);
+            for batch in springs.elements[run].chunks(BATCH) {
+                ahead.ask();
+                let (lanes, rest) = batch.as_chunks::<LANES>();
+                for links in lanes {
+                    relax_lanes(links, &link, patch, pace);
+                }
+                for &one in rest {
+                    relax_lanes(&[one], &link, patch, pace);
+                }
             }
         }
     } else {
