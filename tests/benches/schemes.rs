@@ -1,7 +1,7 @@
 //! Time at equal error: what a simulated sixtieth of a second costs under each scheme, how far it is
 //! from the reference then, and how far its springs are stretched. `cargo bench --bench schemes`.
 //!
-//! With `-- sizes`: what a step costs a particle as the sheet gets finer.
+//! With `-- sizes`: what a step costs a particle as the sheet gets finer; three minutes, 3 GB.
 
 use glam::DVec3;
 use muslin::integrator::{Integrator, Linear, Nonlinear};
@@ -63,48 +63,69 @@ fn distances(a: &[DVec3], b: &[DVec3]) -> [f64; 2] {
 }
 
 /// Particles along the sheet's side: twice as many particles from each to the next.
-const SIDES: [u32; 8] = [100, 141, 200, 283, 400, 566, 800, 1000];
+const SIDES: [u32; 8] = [88, 125, 177, 250, 354, 500, 707, 1000];
+
+/// Particles times steps in a sample: a tenth of a second and more, at every size.
+const SAMPLE: usize = 8_000_000;
+
+/// Samples of each size, taken in turn so that a machine's slow minutes meet all of them.
+const SAMPLES: usize = 20;
 
 /// Prints nanoseconds a particle and step on two threads, of schemes whose steps should cost as much at
 /// any size; `stable` (s) is the stable step of the coarsest sheet.
 fn print_sizes(stable: f64) {
     let schemes = [
-        Integrator::SymplecticEuler,
-        Integrator::Verlet,
-        Integrator::Rk4,
-        Integrator::Xpbd { iterations: 1 },
+        ("symplectic-euler", Integrator::SymplecticEuler),
+        ("verlet", Integrator::Verlet),
+        ("rk4", Integrator::Rk4),
+        ("xpbd", Integrator::Xpbd { iterations: 1 }),
     ];
     println!("ns per particle and step, and the time of a step over that of half the particles");
-    println!("| side | symplectic-euler | verlet | rk4 | xpbd |");
-    let mut last = [f64::NAN; 4];
-    for side in SIDES {
-        // The stable step is as long as a cell.
-        let dt = 0.5 * stable * 99.0 / f64::from(side - 1);
-        let row = [0, 1, 2, 3].map(|k| {
-            let ns = step_time(&mut sheet(side, schemes[k], dt)) * 1e9;
-            let per_particle = ns / f64::from(side * side);
-            let ratio = ns / std::mem::replace(&mut last[k], ns);
-            format!("{per_particle:.1}, {ratio:.2}")
+    println!(
+        "| scheme | {} |",
+        SIDES.map(|side| format!("{side}²")).join(" | ")
+    );
+    for (name, scheme) in schemes {
+        let mut sheets = SIDES.map(|side| {
+            // The stable step is as long as a cell.
+            sheet(side, scheme, 0.5 * stable * 99.0 / f64::from(side - 1))
         });
-        println!("| {side} | {} |", row.join(" | "));
+        let mut least = [f64::INFINITY; SIDES.len()];
+        for _ in 0..SAMPLES {
+            for (least, sheet) in least.iter_mut().zip(&mut sheets) {
+                *least = least.min(step_time(sheet));
+            }
+        }
+        let particles = SIDES.map(|side| f64::from(side * side));
+        let row = [0, 1, 2, 3, 4, 5, 6, 7].map(|k| {
+            let per_particle = format!("{:.1}", least[k] * 1e9 / particles[k]);
+            let ratio = k.checked_sub(1).map(|half| least[k] / least[half]);
+            ratio.map_or(per_particle.clone(), |r| format!("{per_particle}, {r:.2}"))
+        });
+        let (first, last) = (0, SIDES.len() - 1);
+        let doublings = (particles[last] / particles[first]).log2();
+        let mean = (least[last] / least[first]).powf(doublings.recip());
+        println!("| {name} | {} | {mean:.3} |", row.join(" | "));
     }
 }
 
-/// Time (s) of a step: the least mean of eight, as often as energy is looked at.
+/// Mean time (s) of the steps of a sample.
 fn step_time(simulation: &mut Simulation) -> f64 {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build();
     let pool = pool.unwrap_or_else(|error| panic!("{error}"));
-    let rounds = 8.max(2_000_000 / simulation.model().particles() / 8);
+    // Energy is looked at every eighth step.
+    let steps = (SAMPLE / simulation.model().particles()).next_multiple_of(8);
+    let mut step = || {
+        let step = simulation.step();
+        step.unwrap_or_else(|diverged| panic!("{diverged}"));
+    };
     pool.install(|| {
-        let mut round = || {
-            let start = Instant::now();
-            for _ in 0..8 {
-                let step = simulation.step();
-                step.unwrap_or_else(|diverged| panic!("{diverged}"));
-            }
-            start.elapsed().as_secs_f64() / 8.0
-        };
-        (0..rounds).map(|_| round()).fold(f64::INFINITY, f64::min)
+        step(); // new threads wake up
+        let start = Instant::now();
+        (0..steps).for_each(|_| step());
+        #[expect(clippy::cast_precision_loss, reason = "a thousand")]
+        let steps = steps as f64;
+        start.elapsed().as_secs_f64() / steps
     })
 }
 
