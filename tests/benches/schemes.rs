@@ -82,7 +82,7 @@ fn print_sizes(stable: f64) {
     ];
     println!("ns per particle and step, and the time of a step over that of half the particles");
     println!(
-        "| scheme | {} |",
+        "| scheme | {} | mean of the doublings |",
         SIDES.map(|side| format!("{side}²")).join(" | ")
     );
     for (name, scheme) in schemes {
@@ -97,7 +97,7 @@ fn print_sizes(stable: f64) {
             }
         }
         let particles = SIDES.map(|side| f64::from(side * side));
-        let row = [0, 1, 2, 3, 4, 5, 6, 7].map(|k| {
+        let row = std::array::from_fn::<_, { SIDES.len() }, _>(|k| {
             let per_particle = format!("{:.1}", least[k] * 1e9 / particles[k]);
             let ratio = k.checked_sub(1).map(|half| least[k] / least[half]);
             ratio.map_or(per_particle.clone(), |r| format!("{per_particle}, {r:.2}"))
