@@ -134,22 +134,6 @@ impl SpringLists {
         }
     }
 
-    /// Adds a tile's springs to what is asked for ahead of its use.
-    pub(super) fn add_to(&self, ahead: &mut Ahead, tile: usize) {
-        match self {
-            Self::Packed(packed) => packed.tiled.add_to(ahead, tile),
-            Self::Whole(tiled) => tiled.add_to(ahead, tile),
-        }
-    }
-
-    /// Number of a tile's batches.
-    pub(super) fn batches(&self, tile: usize) -> usize {
-        match self {
-            Self::Packed(packed) => packed.tiled.batches(tile).len(),
-            Self::Whole(tiled) => tiled.batches(tile).len(),
-        }
-    }
-
     /// Size of the lists (B).
     pub(super) fn bytes(&self) -> usize {
         match self {
@@ -188,11 +172,17 @@ impl Cut for SpringLists {
     }
 
     fn add_to(&self, ahead: &mut Ahead, tile: usize, _: Range<usize>) {
-        Self::add_to(self, ahead, tile);
+        match self {
+            Self::Packed(packed) => packed.tiled.add_to(ahead, tile),
+            Self::Whole(tiled) => tiled.add_to(ahead, tile),
+        }
     }
 
     fn batches(&self, tile: usize) -> usize {
-        Self::batches(self, tile)
+        match self {
+            Self::Packed(packed) => packed.tiled.batches(tile).len(),
+            Self::Whole(tiled) => tiled.batches(tile).len(),
+        }
     }
 
     fn lowest(&self, tile: usize) -> usize {

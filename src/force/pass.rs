@@ -10,7 +10,7 @@
 //! tile touches are handed on at once: what is beyond the caches is read once and written once.
 
 use super::{Damping, Force};
-use crate::linear::{Ahead, Chunks, Shared};
+use crate::linear::{Ahead, BATCH, Chunks, Shared};
 use crate::state::State;
 use glam::DVec3;
 use std::fmt::Debug;
@@ -39,10 +39,6 @@ pub trait Cut: Debug + Send + Sync {
 /// Particles in a tile: what belongs to them stays in the first-level cache from law to law. Twice as
 /// many or half as many are as good.
 const TILE: usize = 128;
-
-/// Elements in a batch: with each, some of the next tile's memory is asked for. Half as many are as good;
-/// with twice as many, a step of rk4 takes a tenth longer.
-const BATCH: usize = 64;
 
 /// Chunks of the particles, cut into tiles.
 #[derive(Clone, Copy, Debug)]
@@ -252,8 +248,9 @@ impl<E> Tiled<E> {
 
     /// Adds a tile's elements, where there is such a tile, to what is asked for ahead of its use.
     pub(super) fn add_to(&self, ahead: &mut Ahead, tile: usize) {
-        if tile > 0 && tile < self.ends.len() {
-            ahead.add(&self.elements, self.ends[tile - 1]..self.ends[tile]);
+        if tile < self.ends.len() {
+            let elements = self.of(tile);
+            ahead.add(elements, 0..elements.len());
         }
     }
 

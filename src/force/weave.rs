@@ -1,11 +1,12 @@
 //! The springs that stand for the weave, to be looked at tile by tile.
 
-use super::SpringBatch;
 use super::packed::SpringLists;
 use super::pass::{Tiled, Tiles};
 use super::spring::Largest;
+use super::{Cut as _, SpringBatch};
 use crate::linear::Ahead;
 use glam::DVec3;
+use std::ops::Range;
 
 /// The springs whose strain counts, each once.
 #[derive(Debug)]
@@ -41,9 +42,9 @@ impl Weave {
     }
 
     /// Adds a tile's springs to what is asked for ahead of its use.
-    pub fn add_to(&self, ahead: &mut Ahead, tile: usize) {
+    pub fn add_to(&self, ahead: &mut Ahead, tile: usize, particles: &Range<usize>) {
         for (_, lists) in &self.families {
-            lists.add_to(ahead, tile);
+            lists.add_to(ahead, tile, particles.clone());
         }
     }
 

@@ -33,11 +33,10 @@ impl Accelerations {
         reads: impl Shared,
         kernel: impl Fn(usize, DVec3) -> [DVec3; 2] + Sync,
     ) {
-        self.keep_up(model);
         // The forces stand where the new velocities will.
         let [positions, velocities] = to;
         let own = (positions, (&model.inverse_masses[..], reads));
-        self.pass
+        self.pass(model)
             .set_all(at, velocities, own, |first, forces, (x, (weights, _))| {
                 let each = forces.iter_mut().zip(x).zip(weights);
                 for (k, ((v, x), w)) in each.enumerate() {
@@ -46,17 +45,17 @@ impl Accelerations {
             });
     }
 
-    /// Cuts the laws anew when pins have let go.
-    fn keep_up(&mut self, model: &Model) {
+    /// The pass, with the laws cut anew when pins have let go.
+    pub(super) fn pass(&mut self, model: &Model) -> &ForcePass {
         if self.released != model.released() {
             *self = Self::new(model);
         }
+        &self.pass
     }
 
     /// Sets f(x, v)/m of each particle (m/s²), all laws and dampings; 0 for pinned ones.
     pub(super) fn set(&mut self, model: &Model, state: &State, accelerations: &mut [DVec3]) {
-        self.keep_up(model);
-        self.pass
+        self.pass(model)
             .set_all(state, accelerations, (), |first, forces, ()| {
                 for (a, &w) in forces.iter_mut().zip(&model.inverse_masses[first..]) {
                     *a *= w;

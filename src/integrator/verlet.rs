@@ -4,6 +4,7 @@
 //! λ = 1.
 
 use super::Scheme;
+use super::explicit::Accelerations;
 use crate::collision::Contacts;
 use crate::force::ForcePass;
 use crate::linear::{Chunks, Solve};
@@ -15,9 +16,7 @@ use std::any::Any;
 /// The scheme's pass and work arrays; one entry a particle.
 #[derive(Debug)]
 pub(super) struct Verlet {
-    pass: ForcePass,
-    /// Releases of pins that the pass knows of: they change stiffnesses.
-    cut: usize,
+    laws: Accelerations,
     /// Forces of the laws (N) at `at`, which the next step begins with.
     forces: Vec<DVec3>,
     /// Positions at which `forces` was taken (m), where limits or contact may have moved particles since;
@@ -27,7 +26,7 @@ pub(super) struct Verlet {
     /// takes it along while they are at hand. A step of 160,000 particles then takes 16.0 instead of 17.2 ns a
     /// particle on two threads.
     next: Option<Next>,
-    /// Releases of pins that had happened then. None before the first step.
+    /// Releases of pins that had happened then: they change stiffnesses. None before the first step.
     released: Option<usize>,
     /// Forces of damping (N); empty without.
     damping: Vec<DVec3>,
@@ -49,8 +48,9 @@ impl Verlet {
     pub(super) fn new(model: &Model) -> Self {
         let zero = vec![DVec3::ZERO; model.particles()];
         let when = |asked: bool| if asked { zero.clone() } else { Vec::new() };
-        let pass = model.force_pass();
-        let alone = !model.is_corrected() && !pass.is_damped();
+        let mut laws = Accelerations::new(model);
+        let damped = laws.pass(model).is_damped();
+        let alone = !model.is_corrected() && !damped;
         Self {
             forces: zero.clone(),
             at: when(model.is_corrected()),
@@ -58,33 +58,27 @@ impl Verlet {
                 positions: zero.clone(),
                 dt: None,
             }),
-            cut: model.released(),
             released: None,
-            damping: when(pass.is_damped()),
+            damping: when(damped),
             middle: zero,
-            pass,
+            laws,
         }
     }
 
     /// Takes the laws' forces at a state, unless the last step has left them.
     fn begin(&mut self, model: &Model, before: &State) {
         let Self {
-            pass,
-            cut,
+            laws,
             forces,
             at,
             released,
             ..
         } = self;
-        if *cut != model.released() {
-            *cut = model.released();
-            *pass = model.force_pass(); // hinges at clamps have changed
-        }
         // Where pins are driven differs in the last bit from where they were driven to.
         let stays = |i: usize| at[i] == before.positions[i] || model.is_pinned(i);
         if *released != Some(model.released()) || !(0..at.len()).all(stays) {
             *released = Some(model.released());
-            pass.set_laws(before, forces, (), |_, _, ()| {});
+            laws.pass(model).set_laws(before, forces, (), |_, _, ()| {});
             self.forget_next();
         }
     }
@@ -108,12 +102,13 @@ impl Verlet {
     /// v½ = v₀ + dt/2 a(x₀, v₀), x₁ = x₀ + dt v½, and with damping v̂.
     fn kick_and_drift(&mut self, model: &Model, dt: f64, before: &State, state: &mut State) {
         let Self {
-            pass,
+            laws,
             forces,
             damping,
             middle,
             ..
         } = self;
+        let pass = laws.pass(model);
         let half = |i: usize| 0.5 * dt * model.inverse_masses[i];
         let own = (&mut state.positions[..], &mut middle[..]);
         if pass.is_damped() {
@@ -143,12 +138,13 @@ impl Verlet {
     /// Sets `middle` to v₁ = v½ + dt/2 a(x₁, v̂).
     fn kick(&mut self, model: &Model, dt: f64, state: &State) {
         let Self {
-            pass,
+            laws,
             forces,
             damping,
             middle,
             ..
         } = self;
+        let pass = laws.pass(model);
         let kick = |first: usize, forces: &[DVec3], middle: &mut [DVec3]| {
             for (k, (f, v)) in forces.iter().zip(middle).enumerate() {
                 *v += *f * (0.5 * dt * model.inverse_masses[first + k]);
@@ -214,7 +210,7 @@ impl Scheme for Verlet {
         model.drive(state);
         if let Some(next) = &mut self.next {
             let lists = [&mut self.forces[..], &mut self.middle[..]];
-            next.kick(model, dt, state, &self.pass, lists);
+            next.kick(model, dt, state, self.laws.pass(model), lists);
         } else {
             self.kick(model, dt, state);
         }

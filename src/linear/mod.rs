@@ -17,7 +17,7 @@ mod pairs;
 mod scalar_cholesky;
 pub(crate) mod team;
 
-pub use ahead::Ahead;
+pub use ahead::{Ahead, BATCH};
 pub use cholesky::{Cholesky, NotPositiveDefinite};
 pub use chunks::{Chunks, Shared};
 pub use coarse::Coarse;

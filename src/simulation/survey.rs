@@ -34,8 +34,8 @@ impl View {
         ahead.add(&state.positions, particles.clone());
         ahead.add(&state.velocities, particles.clone());
         ahead.add(&model.masses, particles.clone());
-        ahead.add(&model.gravity.masses, particles);
-        self.weave.add_to(ahead, tile);
+        ahead.add(&model.gravity.masses, particles.clone());
+        self.weave.add_to(ahead, tile, &particles);
     }
 }
 

@@ -5,8 +5,7 @@
 
 use super::course::Course;
 use super::element::Link;
-use super::relax::BATCH;
-use crate::linear::Ahead;
+use crate::linear::{Ahead, BATCH};
 use std::collections::BTreeMap;
 
 /// A spring, by its places from the stage's lowest on and its kind.

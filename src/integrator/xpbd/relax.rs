@@ -12,7 +12,7 @@ use super::course::Course;
 use super::element::{Crease, Link};
 use super::packed::Links;
 use crate::force::{BendingLaw, Dihedral, DiscreteShell, EdgeSpring};
-use crate::linear::Ahead;
+use crate::linear::{Ahead, BATCH};
 use glam::DVec3;
 
 /// A chunk of particles as its cluster sees it.
@@ -90,9 +90,6 @@ pub(super) fn relax<const N: usize>(
 
 /// Springs that are relaxed together: their square roots and divisions share instructions.
 const LANES: usize = 4;
-
-/// Springs in a batch: with each, some of the next stage's memory is asked for.
-pub(super) const BATCH: usize = 64;
 
 /// The springs of a stage; `link` unpacks one.
 fn relax_springs<P: Copy, const N: usize>(
